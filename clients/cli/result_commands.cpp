@@ -57,7 +57,7 @@ void frames(Context& context, const FramesLine& options) {
   v1::Frames frames = session.frames(wanted);
   v1::GetGeometryResponse geometry;
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
-    geometry = session.geometry_message();
+    geometry = session.geometry_message(frames.basis_hash());
     if (!geometry.has_basis()) {  // these coordinates are no mixture of shapes
       wanted.encoding = v1::ENCODING_POSITIONS;
       frames = session.frames(wanted);

@@ -89,8 +89,10 @@ v1::Frames OpenSession::frames(const FrameOptions& options) {
   return client_->call(wanted, large(*client_)).frames();
 }
 
-v1::GetGeometryResponse OpenSession::geometry_message() {
-  return client_->call(request<v1::GetGeometryRequest>(), large(*client_));
+v1::GetGeometryResponse OpenSession::geometry_message(const std::string& basis_hash) {
+  auto wanted = request<v1::GetGeometryRequest>();
+  wanted.set_basis_hash(basis_hash);
+  return client_->call(wanted, large(*client_));
 }
 
 std::set<std::string> OpenSession::export_files(v1::ExportFormat format,

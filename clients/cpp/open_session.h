@@ -81,7 +81,8 @@ class OpenSession {
 
   [[nodiscard]] v1::Frames frames(const FrameOptions& options = {});
   /// What decode() makes positions of coordinates with.
-  [[nodiscard]] v1::GetGeometryResponse geometry_message();
+  /// @param basis_hash  of frames, whose basis it is then; empty: that of the newest result
+  [[nodiscard]] v1::GetGeometryResponse geometry_message(const std::string& basis_hash = {});
   /// Writes files of the newest result, all parts of the same one though edits may go on.
   /// @param stem  of their names; empty: chosen by the server
   /// @returns what was written, each file once

@@ -10,10 +10,16 @@ namespace limber::reduced {
 
 FullShapes::FullShapes(const bodies::ElasticBody& body, std::shared_ptr<const ReducedModel> model,
                        Eigen::MatrixXd base)
-    : model_(std::move(model)), full_(body) {
+    : FullShapes(body, std::move(model), std::make_shared<const FullReconstruction>(body),
+                 std::move(base)) {}
+
+FullShapes::FullShapes(const bodies::ElasticBody& body, std::shared_ptr<const ReducedModel> model,
+                       std::shared_ptr<const FullReconstruction> reconstruction,
+                       Eigen::MatrixXd base)
+    : model_(std::move(model)), full_(std::move(reconstruction)) {
   LIMBER_DEMAND(model_ != nullptr && model_->node_count == body.mesh.node_count());
   if (base.size() == 0) return;
-  base_ = std::make_unique<BaseCoordinates>(body, full_.gradient(), std::move(base));
+  base_ = std::make_unique<BaseCoordinates>(body, full_->gradient(), std::move(base));
 }
 FullShapes::~FullShapes() = default;
 FullShapes::FullShapes(FullShapes&&) noexcept = default;
@@ -23,17 +29,17 @@ Eigen::MatrixXd FullShapes::displacements(std::span<const int> frames,
                                           const Eigen::Ref<const Eigen::MatrixXd>& linear,
                                           const JobContext& job) {
   LIMBER_DEMAND(linear.cols() == static_cast<Eigen::Index>(frames.size()));
-  if (!base_) return full_.from_linear(linear, job);
-  const Eigen::VectorXd& share = full_.mass_share();
+  if (!base_) return full_->from_linear(linear, job);
+  const Eigen::VectorXd& share = full_->mass_share();
   Eigen::MatrixXd u(linear.rows(), linear.cols());
   constexpr Eigen::Index kAtOnce = 4;  // bounds memory, and how long a cancellation is not heard
   for (Eigen::Index first = 0; first < linear.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, linear.cols() - first);
-    Eigen::MatrixXd y = linear_coordinates(full_.gradient(), linear.middleCols(first, count));
+    Eigen::MatrixXd y = linear_coordinates(full_->gradient(), linear.middleCols(first, count));
     for (Eigen::Index i = 0; i < count; ++i)
       y.col(i) += base_->at(frames[static_cast<std::size_t>(first + i)], job).cast<double>();
     job.throw_if_cancelled();
-    u.middleCols(first, count) = full_.from_coordinates(y);
+    u.middleCols(first, count) = full_->from_coordinates(y);
     if (share.size() == 0) continue;
     // The centre of mass goes where base motion and linear displacement take it together.
     for (Eigen::Index i = 0; i < count; ++i) {

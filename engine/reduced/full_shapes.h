@@ -23,12 +23,15 @@ class FullShapes {
   /// @param base  displacements of the base motion, 3n x N [m]; empty: none
   FullShapes(const bodies::ElasticBody& body, std::shared_ptr<const ReducedModel> model,
              Eigen::MatrixXd base = {});
+  /// With the body's reconstruction made already.
+  FullShapes(const bodies::ElasticBody& body, std::shared_ptr<const ReducedModel> model,
+             std::shared_ptr<const FullReconstruction> reconstruction, Eigen::MatrixXd base = {});
   ~FullShapes();
   FullShapes(FullShapes&&) noexcept;
   FullShapes& operator=(FullShapes&&) noexcept;
 
   [[nodiscard]] const ReducedModel& model() const { return *model_; }
-  [[nodiscard]] const bodies::GradientOperator& gradient() const { return full_.gradient(); }
+  [[nodiscard]] const bodies::GradientOperator& gradient() const { return full_->gradient(); }
 
   /// @param frames  ascending; of the base motion, if there is one in [0, N)
   /// @param linear  W-hat z, a column a frame, 3n x k [m]
@@ -40,7 +43,7 @@ class FullShapes {
 
  private:
   std::shared_ptr<const ReducedModel> model_;
-  FullReconstruction full_;
+  std::shared_ptr<const FullReconstruction> full_;
   std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
 };
 

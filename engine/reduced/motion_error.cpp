@@ -128,8 +128,8 @@ MotionError motion_error(FullShapes& full, const ShownFrames& shown, const JobCo
   const auto count = static_cast<Eigen::Index>(shown.frames.size());
   const ReducedModel& model = full.model();
   LIMBER_DEMAND(shown.modal.rows() == model.coordinate_count() && shown.modal.cols() == count);
-  LIMBER_DEMAND(shown.coordinates.rows() == model.basis_size() &&
-                shown.coordinates.cols() == count);
+  const Eigen::MatrixXd& basis = shown.basis ? *shown.basis : model.basis;
+  LIMBER_DEMAND(shown.coordinates.rows() == basis.cols() && shown.coordinates.cols() == count);
   MotionError error;
   if (count == 0) return error;
   const int rigid = model.rigid_count, elastic = model.coordinate_count() - rigid;
@@ -148,7 +148,7 @@ MotionError motion_error(FullShapes& full, const ShownFrames& shown, const JobCo
             .subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(frames)),
         linear, job);
     const Eigen::MatrixXd s =
-        product(model.basis, shown.coordinates.middleCols(first, frames).cast<double>(), job);
+        product(basis, shown.coordinates.middleCols(first, frames).cast<double>(), job);
     parallel_for(frames, 1, [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t i = begin; i < end; ++i) {
         job.throw_if_cancelled();

@@ -26,6 +26,8 @@ struct ShownFrames {
   std::vector<int> frames;      // k, ascending
   Eigen::MatrixXd modal;        // z of W-hat, R x k
   Eigen::MatrixXf coordinates;  // q, h x k: the shown displacement is B q
+  /// B, 3n x h; null: the model's.
+  std::shared_ptr<const Eigen::MatrixXd> basis;
   std::vector<ShapeTarget> targets;
 };
 

@@ -45,7 +45,7 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual std::shared_ptr<const FrameSource> frames(bool final_only) const = 0;
   /// @throws as frames()
   [[nodiscard]] virtual proto::GetGeometryResponse geometry(
-      const std::string& known_basis_hash) const = 0;
+      const proto::GetGeometryRequest& request) const = 0;
 
   /// @throws Refusal or Error naming fields of the request
   [[nodiscard]] virtual proto::EditResponse edit(const proto::EditRequest& request) = 0;

@@ -12,7 +12,7 @@ void Service::demand_message_room(std::uint64_t frame_bytes) const {
 }
 
 proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
-  return sessions_.find(request.session())->geometry(request.known_basis_hash());
+  return sessions_.find(request.session())->geometry(request);
 }
 
 proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {

@@ -128,7 +128,8 @@ v1::ResultInfo BodySession::wait_checked(Milliseconds timeout) {
 
 Positions BodySession::positions() {
   const v1::Frames newest = frames();
-  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash()) geometry_ = geometry_message();
+  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash())
+    geometry_ = geometry_message(newest.basis_hash());
   return decode(newest, &*geometry_);
 }
 

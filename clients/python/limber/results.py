@@ -73,6 +73,7 @@ class Result:
     high_frequency_share: "float | None" = None
     max_velocity_error: float = 0.0  # largest difference by which a velocity is missed [length unit / s]
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]
+    exact: bool = False  # of a body: energies, errors and frames are those of the full map, not of the reduced model
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
 
     @property
@@ -91,7 +92,7 @@ class Result:
                       info.unit_force_energy, info.max_keyframe_error, info.weight_scale,
                       info.high_frequency_share if info.HasField("high_frequency_share") else None,
                       max_velocity_error=info.max_velocity_error,
-                      max_exact_velocity_error=info.max_exact_velocity_error,
+                      max_exact_velocity_error=info.max_exact_velocity_error, exact=info.exact,
                       motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None)
 
 

@@ -22,27 +22,31 @@ Geometry rest_geometry(const scene::Scene& scene, const MappedBody& mapped) {
   return geometry;
 }
 
-Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
-                       const reduced::ReducedModel& model) {
+Geometry with_basis(Geometry geometry, const scene::Scene& scene,
+                    const std::vector<int>& compact_of_source, const Eigen::MatrixXd& basis) {
   const LengthUnit unit(scene.length_unit_in_metres);
-  Geometry geometry = rest_geometry(scene, mapped);
   const Eigen::Index sources = scene.mesh.node_count();
-  geometry.basis.setZero(3 * sources, model.basis_size());
+  geometry.basis.setZero(3 * sources, basis.cols());
   for (Eigen::Index node = 0; node < sources; ++node) {
-    const int compact = mapped.compact_of_source[static_cast<std::size_t>(node)];
+    const int compact = compact_of_source[static_cast<std::size_t>(node)];
     if (compact < 0) continue;
     geometry.basis.middleRows(3 * node, 3) =
-        unit.to_scene(model.basis.middleRows(3 * compact, 3).array()).matrix().cast<float>();
+        unit.to_scene(basis.middleRows(3 * compact, 3).array()).matrix().cast<float>();
   }
   geometry.basis_hash = ContentHash().add("limber basis 1").add(geometry.basis).hex();
   return geometry;
 }
 
+Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
+                       const reduced::ReducedModel& model) {
+  return with_basis(rest_geometry(scene, mapped), scene, mapped.compact_of_source, model.basis);
+}
+
 Eigen::MatrixXd positions_of(const Geometry& geometry, const LengthUnit& unit,
                              const std::vector<int>& compact_of_source,
-                             const reduced::ReducedModel& model,
+                             const Eigen::MatrixXd& basis,
                              const Eigen::Ref<const Eigen::MatrixXf>& coordinates) {
-  const Eigen::MatrixXd displacement = model.basis * coordinates.cast<double>();
+  const Eigen::MatrixXd displacement = basis * coordinates.cast<double>();
   Eigen::MatrixXd positions(geometry.rest.size(), coordinates.cols());
   for (Eigen::Index node = 0; node < geometry.rest.cols(); ++node) {
     const int compact = compact_of_source[static_cast<std::size_t>(node)];

@@ -14,13 +14,18 @@ namespace limber::session {
 
 /// The view of a model on the mesh as the client sent it. Unused nodes stay at rest (zero rows of
 /// the basis), merged duplicates move together (equal rows).
+/// The same mesh with another basis. @param basis  B, 3n x h, compact nodes [m]
+[[nodiscard]] Geometry with_basis(Geometry geometry, const scene::Scene& scene,
+                                  const std::vector<int>& compact_of_source,
+                                  const Eigen::MatrixXd& basis);
+
 [[nodiscard]] Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
                                      const reduced::ReducedModel& model);
 
 /// Positions [scene units], 3 source nodes x columns of q: rest + basis q, computed in double.
 [[nodiscard]] Eigen::MatrixXd positions_of(const Geometry& geometry, const LengthUnit& unit,
                                            const std::vector<int>& compact_of_source,
-                                           const reduced::ReducedModel& model,
+                                           const Eigen::MatrixXd& basis,
                                            const Eigen::Ref<const Eigen::MatrixXf>& coordinates);
 
 /// Positions [scene units] of displacements (3n x frames [m] of compact nodes), 3 source nodes x

@@ -123,8 +123,8 @@ Eigen::MatrixXd BodySession::Impl::positions(const BodyResult& result, int first
   const auto built = read([this] { return built_; });
   if (!built) throw Error(ErrorCode::kFailedPrecondition, "", "the model is not built yet");
   const Eigen::MatrixXf& q = result.coordinates;
-  if (q.rows() != built->model->basis_size()) {
-    throw Error(ErrorCode::kInvalidArgument, "result", "the result belongs to another model");
+  if (!result.shown || q.rows() != result.shown->basis->cols()) {
+    throw Error(ErrorCode::kInvalidArgument, "result", "the result has no basis of its size");
   }
   if (first_frame < 0 || first_frame >= q.cols()) {
     throw Error(ErrorCode::kOutOfRange, "first_frame",
@@ -136,7 +136,7 @@ Eigen::MatrixXd BodySession::Impl::positions(const BodyResult& result, int first
                             q.cols() - first_frame));
   }
   const LengthUnit unit(document_.unedited()->length_unit_in_metres);
-  return positions_of(built->geometry, unit, built->compact_of_source, *built->model,
+  return positions_of(*result.shown->geometry, unit, built->compact_of_source, *result.shown->basis,
                       q.middleCols(first_frame, frame_count));
 }
 

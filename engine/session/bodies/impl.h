@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include "engine/session/bodies/answer_cache.h"
 #include "engine/session/bodies/document.h"
 #include "engine/session/bodies/frame_steps.h"
+#include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/live_problem.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/session.h"
@@ -44,7 +46,6 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// What the build leaves behind for readers.
   struct Built {
     std::shared_ptr<const reduced::ReducedModel> model;
-    Geometry geometry;
     std::vector<int> compact_of_source;
     std::string message;   // of the model's report, and what it has otherwise than asked for
     std::string accuracy;  // of results, where the model misses its tolerance
@@ -55,6 +56,10 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   // With the lock, see read():
   [[nodiscard]] const Document& document() const { return document_; }
   [[nodiscard]] const std::shared_ptr<const Built>& built() const { return built_; }
+  /// Newest last; those before it are kept for clients that have frames of them.
+  [[nodiscard]] const std::deque<std::shared_ptr<const ShownBasis>>& shown() const {
+    return shown_;
+  }
 
  private:
   /// What the check of a result ends with: what was found out, or why it was not.
@@ -121,6 +126,19 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
                                                    bool is_final);
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
 
+  // exact.cpp: the step behind the reduced model's answer.
+  [[nodiscard]] bool is_quiet();
+  void use_level(reduced::LayeredKinematics::Level level);
+  /// The exact optimum from the solver's motion, which was solved as `start` says.
+  /// @returns `start` where results are not exact; nothing where an edit made it out of date
+  std::optional<spacetime::SolveReport> polish(const Round& round,
+                                               const spacetime::SolveReport& start);
+  /// Frames of an exact result. @returns false where an edit or a cancellation was quicker
+  [[nodiscard]] bool show_exactly(const Round& round, BodyResult& result);
+  void shift_frames(const Eigen::MatrixXf& reduced, const BodyResult& result);
+  void show_again(const BodyResult& answer);
+  void set_shown(std::shared_ptr<const ShownBasis> shown);
+
   // check.cpp: the check of final results, its task and its place in the session's.
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
   [[nodiscard]] bool is_check_due() const;
@@ -141,15 +159,21 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool cold_ = false;  // solve_cold() was called
   std::uint64_t cold_requested_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
   std::shared_ptr<const Built> built_;
+  static constexpr std::size_t kShownKept = 4;  // bases that clients may still ask for
+  std::deque<std::shared_ptr<const ShownBasis>> shown_;
   std::uint64_t check_begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
   Cancellation check_cancellation_;    // of that check
   std::optional<CheckRequest> check_request_;  // begun, and not taken by its task yet
   std::optional<Amendment> amendment_;         // of the newest result, not published yet
   std::atomic<bool> interrupt_{false};         // the running solve is out of date
 
-  std::unique_ptr<LiveProblem> problem_;  // the task's
-  AnswerCache answers_;                   // the task's
-  bool solved_ = false;  // the task's: the motion has converged for the material it has
+  std::unique_ptr<LiveProblem> problem_;             // the task's
+  std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
+  std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
+  bool was_interrupted_ = false;                     // the task's: the last exact step
+  bool is_exact_ = false;  // the task's: the solver's motion is an optimum of the full map
+  AnswerCache answers_;    // the task's
+  bool solved_ = false;    // the task's: the motion has converged for the material it has
   /// The task's: q of the motion with forces alone that the fit of the material began with.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;
   int material_iterations_ = 0;  // the task's: in what is published next

@@ -117,13 +117,13 @@ std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
 }
 
 KeyframeMiss KeyframeTargets::miss(const std::vector<Keyframe>& keyframes,
+                                   const Eigen::MatrixXd& basis,
                                    const Eigen::MatrixXf& coordinates) {
   KeyframeMiss most;
   for (const Keyframe& keyframe : keyframes) {
     const Eigen::VectorXd pose =
         map_displacements(scene_, *keyframe.pose, tools().mapped.source_of_compact);
-    const Eigen::VectorXd miss =
-        model_->basis * coordinates.col(keyframe.frame).cast<double>() - pose;
+    const Eigen::VectorXd miss = basis * coordinates.col(keyframe.frame).cast<double>() - pose;
     const double distance = miss.reshaped(3, miss.size() / 3).colwise().norm().maxCoeff();
     most.distance = std::max(most.distance, distance);
     if (std::isfinite(keyframe.weight) || !(distance > kPoorShare * model_->length)) continue;

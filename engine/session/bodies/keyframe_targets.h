@@ -38,9 +38,9 @@ class KeyframeTargets {
   [[nodiscard]] std::vector<spacetime::KeyframeConstraint> project(
       const std::vector<scene::Keyframe>& keyframes);
 
-  /// @param coordinates  q of all frames, h x N
+  /// @param basis  B, 3n x h; @param coordinates  q of all frames, h x N
   [[nodiscard]] KeyframeMiss miss(const std::vector<scene::Keyframe>& keyframes,
-                                  const Eigen::MatrixXf& coordinates);
+                                  const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordinates);
 
  private:
   struct Tools;

@@ -34,6 +34,7 @@ void LiveProblem::start(const EditBatch& whole) {
   LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.keyframes &&
                 whole.moved.empty() && whole.removed.empty());
   solver_.reset();
+  shift_.reset();
   held_.clear();
   projected_.clear();
   variables_ = whole.material->variables;
@@ -136,12 +137,49 @@ void LiveProblem::keep_unfinished(const spacetime::MaterialSolver& fit, int step
   unfinished_ = Unfinished{fit.material(), fit.motion(), before + steps};
 }
 
+void LiveProblem::use(reduced::LayeredKinematics::Level level) {
+  if (kinematics_->level() == level) return;
+  kinematics_->use(level);
+  solver_->warm_start(Eigen::MatrixXd(solver_->motion()), spacetime::Known::kAnswer);
+}
+
+void LiveProblem::provide_full(
+    const std::function<std::unique_ptr<reduced::FullKinematics>()>& make) {
+  if (!kinematics_->has_full()) kinematics_->set_full(make());
+}
+
+void LiveProblem::set_shift(std::shared_ptr<const reduced::FrameShift> shift) {
+  shift_ = std::move(shift);
+  kinematics_->set_shift(shift_);
+}
+
+std::vector<HeldFrame> LiveProblem::held_frames() const {
+  std::vector<HeldFrame> frames;
+  for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
+    const auto& nodes = held_.at(constraint.id).nodes;
+    frames.push_back({constraint.frame, nodes});
+    if (constraint.since) frames.push_back({*constraint.since, nodes});
+  }
+  for (const scene::Keyframe& keyframe : keyframes_) frames.push_back({keyframe.frame, nullptr});
+  return frames;
+}
+
 void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                               Eigen::MatrixXf& q) const {
+  model_coordinates(material, motion, q);
+  if (!shift_) return;
+  const Eigen::Index own = q.rows();
+  q.conservativeResize(shift_->shift.rows(), Eigen::NoChange);
+  q.topRows(own) += shift_->shift.topRows(own);
+  q.bottomRows(q.rows() - own) = shift_->shift.bottomRows(q.rows() - own);
+}
+
+void LiveProblem::model_coordinates(const spacetime::Material& material,
+                                    const Eigen::MatrixXd& motion, Eigen::MatrixXf& q) const {
   const bool plain =
       motion.rows() == material.coordinates() && spacetime::are_first_coordinates(material.mixing);
-  if (plain) return kinematics_->coordinates(0, motion, q);
-  kinematics_->coordinates(0, material.mixing * motion, q);
+  if (plain) return kinematics_->reduced().coordinates(0, motion, q);
+  kinematics_->reduced().coordinates(0, material.mixing * motion, q);
 }
 
 std::optional<double> LiveProblem::high_frequency_share(const spacetime::Material& material,
@@ -225,7 +263,9 @@ void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
 }
 
 void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
-  kinematics_ = std::make_shared<reduced::ReducedKinematics>(model_, base_);
+  kinematics_ = std::make_shared<reduced::LayeredKinematics>(
+      std::make_shared<reduced::ReducedKinematics>(model_, base_));
+  kinematics_->set_shift(shift_);
   site_count_ = 0;
   site_nodes_ = 0;
   solver_.emplace(kinematics_, material_->dynamics, timeline, options_, material_->mixing);

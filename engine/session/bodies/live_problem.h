@@ -1,13 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "engine/reduced/layered_kinematics.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/session/bodies/edit_batch.h"
+#include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/keyframe_targets.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/problem_mapping.h"
@@ -75,15 +78,28 @@ class LiveProblem {
   /// on from here until set_material() is called or the variables change.
   void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);
 
-  /// q of all frames of a motion (z, r x N) with a material, h x N.
+  /// What the solver's displacements are of; its motion is kept, and its values are found anew.
+  void use(reduced::LayeredKinematics::Level level);
+  /// Makes the full map where there is none; before use(kFull).
+  void provide_full(const std::function<std::unique_ptr<reduced::FullKinematics>()>& make);
+  /// See reduced::FrameShift; null: none. Take the solver's motion up again after it.
+  void set_shift(std::shared_ptr<const reduced::FrameShift> shift);
+  /// Frames of constraints and keyframes, in any order.
+  [[nodiscard]] std::vector<HeldFrame> held_frames() const;
+
+  /// q of all frames of a motion (z, r x N) with a material by the reduced model, h x N.
+  void model_coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                         Eigen::MatrixXf& q) const;
+  /// The same as they are shown, with the shift: h' x N.
   void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                    Eigen::MatrixXf& q) const;
   /// Share of power that shakes, of a motion (z, r x N) with a material; of few frames none.
   [[nodiscard]] std::optional<double> high_frequency_share(const spacetime::Material& material,
                                                            const Eigen::MatrixXd& motion) const;
   /// How far a motion (q, h x N) misses the keyframes.
-  [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXf& q) const {
-    return keyframe_targets_->miss(keyframes_, q);
+  [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXd& basis,
+                                           const Eigen::MatrixXf& q) const {
+    return keyframe_targets_->miss(keyframes_, basis, q);
   }
   /// Targets and frames that a motion of the present problem is checked at; without the motion.
   [[nodiscard]] CheckRequest check_request() const;
@@ -129,7 +145,8 @@ class LiveProblem {
   static constexpr std::size_t kMaxEpochs = 64;
   std::map<std::uint64_t, std::shared_ptr<const spacetime::Material>> fitted_;  // of epochs left
   spacetime::SolverOptions options_;
-  std::shared_ptr<reduced::ReducedKinematics> kinematics_;
+  std::shared_ptr<reduced::LayeredKinematics> kinematics_;
+  std::shared_ptr<const reduced::FrameShift> shift_;
   SiteLimits limits_;
   int site_count_ = 0;
   std::size_t site_nodes_ = 0;

@@ -36,7 +36,7 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
   const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kNodesInSteps);
   const auto size = [&](const Eigen::MatrixXd& mixing, const Eigen::MatrixXd& motion) {
     Eigen::MatrixXf coordinates;
-    problem_->coordinates({{}, mixing}, motion, coordinates);
+    problem_->model_coordinates({{}, mixing}, motion, coordinates);
     return largest_frame_step(rows, coordinates, {});
   };
   try {
@@ -158,7 +158,7 @@ void BodySession::Impl::restore(const Fit& fit) {
 
 Eigen::MatrixXf BodySession::Impl::coordinates_now() const {
   Eigen::MatrixXf coordinates;
-  problem_->coordinates(*problem_->material(), problem_->solver().motion(), coordinates);
+  problem_->model_coordinates(*problem_->material(), problem_->solver().motion(), coordinates);
   return coordinates;
 }
 
@@ -193,6 +193,12 @@ void BodySession::Impl::fill_material(const spacetime::Material& material,
   result.report.total_energy += result.column_energy;
   result.unit_force_energy = spacetime::unit_force_energy(material, result.modal);
   problem_->coordinates(material, result.modal, result.coordinates);
+  result.shown = problem_shown_;
+  const Eigen::Index size = result.shown->basis->cols(), before = result.coordinates.rows();
+  if (before < size) {  // the model's own, where nothing is known of what it misses
+    result.coordinates.conservativeResize(size, Eigen::NoChange);
+    result.coordinates.bottomRows(size - before).setZero();
+  }
 }
 
 }  // namespace limber::session

@@ -243,6 +243,7 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   shown.frames = frames_to_compare(std::move(constrained), result.coordinates);
   const auto count = static_cast<Eigen::Index>(shown.frames.size());
   Eigen::MatrixXd modal(result.modal.rows(), count);
+  if (result.shown) shown.basis = result.shown->basis;
   shown.coordinates.resize(result.coordinates.rows(), count);
   for (Eigen::Index i = 0; i < count; ++i) {
     modal.col(i) = result.modal.col(shown.frames[static_cast<std::size_t>(i)]);
@@ -272,7 +273,8 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   if (scene_->constraint_tolerance)
     check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
   if (request.start_of_fit) {
-    check.largest_step = largest_frame_step(model_->basis, result.coordinates, job);
+    const Eigen::MatrixXd& basis = result.shown ? *result.shown->basis : model_->basis;
+    check.largest_step = largest_frame_step(basis, result.coordinates, job);
     check.largest_step_of_start = largest_frame_step(model_->basis, *request.start_of_fit, job);
   }
   check.trained_reach = kTrainedShare * reduced::ModelOptions().amplitude * model_->length;

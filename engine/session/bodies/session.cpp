@@ -68,8 +68,17 @@ std::shared_ptr<const BodyResult> BodySession::final_result() const {
 }
 
 std::shared_ptr<const Geometry> BodySession::geometry() const {
-  const auto built = impl_->read([this] { return impl_->built(); });
-  return built ? std::shared_ptr<const Geometry>(built, &built->geometry) : nullptr;
+  return impl_->read([this]() -> std::shared_ptr<const Geometry> {
+    return impl_->shown().empty() ? nullptr : impl_->shown().back()->geometry;
+  });
+}
+
+std::shared_ptr<const Geometry> BodySession::geometry(const std::string& basis_hash) const {
+  return impl_->read([&]() -> std::shared_ptr<const Geometry> {
+    for (const auto& shown : impl_->shown())
+      if (shown->geometry->basis_hash == basis_hash) return shown->geometry;
+    return nullptr;
+  });
 }
 
 std::shared_ptr<const reduced::ReducedModel> BodySession::model() const {

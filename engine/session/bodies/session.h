@@ -28,6 +28,21 @@ enum class Check {
   kDone,     // this is the amendment
 };
 
+/// How far final results go.
+enum class Exactness {
+  kReduced,  // the optimum of the reduced model, shown by it
+  kFull,     // of the full rotation-strain map at constrained nodes, frames by full reconstruction
+};
+
+struct Geometry;
+
+/// What coordinates of frames are to be multiplied by. It grows while a session is edited: results
+/// keep the one that they are of.
+struct ShownBasis {
+  std::shared_ptr<const Eigen::MatrixXd> basis;  // B, 3n x h, compact nodes [m], orthonormal
+  std::shared_ptr<const Geometry> geometry;      // the same in single precision, as sent to clients
+};
+
 /// One published iterate: immutable, shared between threads. Where the solve failed, the solver
 /// threw: the motion is an earlier result's, or rest; the report is empty but for its message.
 struct BodyResult : ResultHeader {
@@ -50,6 +65,10 @@ struct BodyResult : ResultHeader {
   std::optional<double> high_frequency_share;
   double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
+  std::shared_ptr<const ShownBasis> shown;  // B
+  /// Energies, errors and frames are those of the full rotation-strain map; else of the reduced
+  /// model.
+  bool is_exact = false;
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
   /// A final result is published again with its check, as an amendment: the same but for sequence,
@@ -64,7 +83,8 @@ void add_sentence(std::string& message, const std::string& sentence);
 /// What is published where a solve threw, for lack of anything better: the motion of `newest`, or
 /// rest where there is none.
 [[nodiscard]] BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& model,
-                                       int frame_count, const std::string& reason);
+                                       std::shared_ptr<const ShownBasis> shown, int frame_count,
+                                       const std::string& reason);
 
 using BodyListener = Listener<BodyResult>;
 
@@ -75,10 +95,14 @@ struct Geometry {
   Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // boundary triangles, source node ids, outward
   Eigen::MatrixXf basis;   // 3 source nodes x h, scene units: position = rest + basis q
   std::string basis_hash;  // content hash, hex: same hash, same basis
+  /// The basis that this one has grown from: its first columns. Empty: none.
+  std::string extended_hash;
+  int extended_columns = 0;
   std::vector<std::string> repairs, warnings;  // of the mesh
 };
 
 struct SessionOptions {
+  Exactness exactness = Exactness::kFull;
   spacetime::SolverOptions solver;
   int undo_depth = 1000;                            // requests that can be undone, >= 0
   int max_constraints = 4096;                       // >= 0
@@ -140,7 +164,10 @@ class BodySession {
 
   [[nodiscard]] std::shared_ptr<const BodyResult> newest_result() const;  // null before the first
   [[nodiscard]] std::shared_ptr<const BodyResult> final_result() const;   // newest converged one
-  [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;         // null while building
+  /// Of the newest result; null while building.
+  [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;
+  /// The one whose basis has this hash, if it is among the last few; else null.
+  [[nodiscard]] std::shared_ptr<const Geometry> geometry(const std::string& basis_hash) const;
   [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
   /// What a person should know of the model: tolerance missed, mechanisms, sizes other than asked
   /// for. Empty while building, or if there is nothing to say.

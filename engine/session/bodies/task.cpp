@@ -31,6 +31,7 @@ std::string BodySession::Impl::build(const JobContext& job) {
     std::string message = built->message;
     job.report("ready", 1);
     const std::lock_guard lock(mutex_);
+    if (problem_shown_) shown_ = {problem_shown_};
     built_ = std::move(built);
     whole_ = true;
     return message;
@@ -64,7 +65,11 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
         reduced::base_motion(mapped.body, *built.model, animation, job.part(0.95, 0.98)));
   }
   job.report("geometry", 0.98);
-  built.geometry = make_geometry(scene, mapped, *built.model);
+  auto shown = std::make_shared<ShownBasis>();
+  shown->basis = {built.model, &built.model->basis};
+  shown->geometry = std::make_shared<const Geometry>(make_geometry(scene, mapped, *built.model));
+  problem_shown_ = std::move(shown);
+  full_body_.reset();
   built.compact_of_source = mapped.compact_of_source;
   built.message = built.model->report.message;
   append_clause(built.message, model_notes(scene.model, *built.model));
@@ -95,8 +100,8 @@ void BodySession::Impl::solve_failed(const Round& round, const std::string& reas
     whole_ = true;
     return std::pair{newest_, built_->model};
   });
-  auto result = std::make_shared<BodyResult>(
-      failed_result(newest.get(), *model, document_.unedited()->frame_count, reason));
+  auto result = std::make_shared<BodyResult>(failed_result(
+      newest.get(), *model, problem_shown_, document_.unedited()->frame_count, reason));
   publish_of_round(std::move(result), round);
 }
 
@@ -111,6 +116,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
     problem_->solver().set_weight_scale(1);
     // A frozen material is not looked for again.
     if (problem_->variables() != scene::MaterialVariables::kMotion) problem_->reset_material();
+    problem_->set_shift(nullptr);
     problem_->solver().cold_start();
     return nullptr;
   }
@@ -119,6 +125,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
   problem_->set_material(known->material);
   start_of_fit_ = known->start_of_fit;
   problem_->solver().set_weight_scale(known->weight_scale);
+  show_again(*known);
   problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
   return known;
 }
@@ -152,18 +159,20 @@ void BodySession::Impl::solve_order(const Round& round) {
   report_missed_tolerance(scene, solver.weight_scale(), *ended);
   if (stay_with_answer(round, *ended)) return;
   const auto result = publish_motion(round, *ended, true);
-  if (solved_) answers_.keep(round.order.content, result);
+  if (result && solved_) answers_.keep(round.order.content, result);
 }
 
 std::optional<spacetime::SolveReport> BodySession::Impl::solve_whole(const Round& round) {
   std::optional<spacetime::SolveReport> ended = solve_motion(round);
   if (!ended) return ended;
   solved_ = ended->status == spacetime::SolveStatus::kConverged;
+  is_exact_ = false;
   if (problem_->variables() == scene::MaterialVariables::kMotion ||
       ended->status == spacetime::SolveStatus::kCancelled)
-    return ended;
+    return polish(round, *ended);
   publish_motion(round, *ended, false);
-  return fit_material(round, *ended);
+  ended = fit_material(round, *ended);
+  return ended ? polish(round, *ended) : ended;
 }
 
 std::optional<spacetime::SolveReport> BodySession::Impl::solve_motion(const Round& round,
@@ -212,6 +221,7 @@ bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::So
   problem_->set_material(answer->material);
   start_of_fit_ = answer->start_of_fit;
   solver.set_weight_scale(answer->weight_scale);
+  show_again(*answer);
   solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
   if (answer == newest) return true;
   auto again = std::make_shared<BodyResult>(*answer);
@@ -233,10 +243,15 @@ std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
   fill_material(*problem_->material(), *result);
   result->material = problem_->material();
   if (is_final) {
+    if (is_exact_ && !show_exactly(round, *result)) {
+      if (!round.cancellation.requested()) return nullptr;  // an edit was quicker
+      is_exact_ = false;
+    }
+    result->is_exact = is_exact_;
     result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
     result->check = Check::kPending;
     add_sentence(result->report.message, read([this] { return built_->accuracy; }));
-    const KeyframeMiss miss = problem_->keyframe_miss(result->coordinates);
+    const KeyframeMiss miss = problem_->keyframe_miss(*result->shown->basis, result->coordinates);
     result->max_keyframe_error = miss.distance;
     if (miss.poor_id != 0) {
       result->report.message += fmt::format(
@@ -257,16 +272,19 @@ void BodySession::Impl::publish_of_round(std::shared_ptr<BodyResult> result, con
 
 /// The report is not copied: its energies and errors are of another problem.
 BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& model,
-                         int frame_count, const std::string& reason) {
+                         std::shared_ptr<const ShownBasis> shown, int frame_count,
+                         const std::string& reason) {
   BodyResult result;
   if (newest != nullptr) {
     result.modal = newest->modal;
     result.coordinates = newest->coordinates;
+    result.shown = newest->shown;
     result.material = newest->material;
     result.initial_material = newest->initial_material;
   } else {
     result.modal.setZero(model.coordinate_count(), frame_count);
-    result.coordinates.setZero(model.basis_size(), frame_count);
+    result.coordinates.setZero(shown->basis->cols(), frame_count);
+    result.shown = std::move(shown);
   }
   result.is_final = true;
   result.solve_failed = true;

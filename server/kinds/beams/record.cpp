@@ -36,7 +36,7 @@ std::shared_ptr<const FrameSource> BeamRecord::frames(bool final_only) const {
   return std::make_shared<BeamFrames>(demand_result(final_only));
 }
 
-proto::GetGeometryResponse BeamRecord::geometry(const std::string&) const {
+proto::GetGeometryResponse BeamRecord::geometry(const proto::GetGeometryRequest&) const {
   (void)session();
   return encode_beam_geometry(opened_.model);
 }

@@ -32,7 +32,7 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
   [[nodiscard]] proto::GetGeometryResponse geometry(
-      const std::string& known_basis_hash) const override;
+      const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
   /// The solution in numbers.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;

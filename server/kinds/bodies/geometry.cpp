@@ -14,8 +14,11 @@ proto::GetGeometryResponse encode_geometry(const session::Geometry& geometry,
   *response.mutable_surface() = encode_indices(geometry.surface);
   response.set_basis_hash(geometry.basis_hash);
   if (known_basis_hash.empty() || known_basis_hash != geometry.basis_hash) {
+    const bool is_known = !known_basis_hash.empty() && known_basis_hash == geometry.extended_hash;
+    const Eigen::Index known = is_known ? geometry.extended_columns : 0;
+    response.set_known_columns(static_cast<std::uint32_t>(known));
     const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows =
-        geometry.basis;
+        geometry.basis.rightCols(geometry.basis.cols() - known);
     auto* basis = response.mutable_basis();
     basis->set_type(proto::DATA_TYPE_FLOAT32);
     basis->add_shape(static_cast<std::uint64_t>(rows.rows() / 3));

@@ -46,7 +46,8 @@ void BodyRecord::adopt_model() {
     newest = newest_;
   }
   if (newest && geometry)
-    streams_->note(std::make_shared<BodyFrames>(newest, geometry, opened_.length_unit));
+    streams_->note(
+        std::make_shared<BodyFrames>(newest, newest->shown->geometry, opened_.length_unit));
 }
 
 void BodyRecord::add_scene(const proto::GetSessionRequest& request,
@@ -72,13 +73,22 @@ void BodyRecord::add_scene(const proto::GetSessionRequest& request,
 }
 
 std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
-  auto geometry = geometry_of(*session());
-  return std::make_shared<BodyFrames>(demand_result(final_only), std::move(geometry),
-                                      opened_.length_unit);
+  (void)geometry_of(*session());
+  auto result = demand_result(final_only);
+  auto geometry = result->shown->geometry;
+  return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
 }
 
-proto::GetGeometryResponse BodyRecord::geometry(const std::string& known_basis_hash) const {
-  return encode_geometry(*geometry_of(*session()), known_basis_hash);
+proto::GetGeometryResponse BodyRecord::geometry(const proto::GetGeometryRequest& request) const {
+  const auto session = this->session();
+  auto geometry = geometry_of(*session);
+  if (!request.basis_hash().empty() && request.basis_hash() != geometry->basis_hash) {
+    geometry = session->geometry(request.basis_hash());
+    if (!geometry)
+      throw Error(ErrorCode::kNotFound, "basis_hash",
+                  "the session has no such basis any more: fetch newer frames");
+  }
+  return encode_geometry(*geometry, request.known_basis_hash());
 }
 
 proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& request) {
@@ -215,7 +225,7 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
       [&]() -> std::shared_ptr<const FrameSource> {
         newest_ = result;
         if (!geometry_) return nullptr;
-        return std::make_shared<BodyFrames>(result, geometry_, opened_.length_unit);
+        return std::make_shared<BodyFrames>(result, result->shown->geometry, opened_.length_unit);
       },
       result->check == session::Check::kPending ? ResultWaiters::Check::kPending
                                                 : ResultWaiters::Check::kDone);

@@ -36,7 +36,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
   [[nodiscard]] proto::GetGeometryResponse geometry(
-      const std::string& known_basis_hash) const override;
+      const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
   /// Fitted materials, cold solves.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;

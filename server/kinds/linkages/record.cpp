@@ -101,7 +101,7 @@ std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const 
                                          opened_.length_unit);
 }
 
-proto::GetGeometryResponse LinkageRecord::geometry(const std::string&) const {
+proto::GetGeometryResponse LinkageRecord::geometry(const proto::GetGeometryRequest&) const {
   const auto geometry = session()->geometry();
   if (!geometry)
     throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");

@@ -25,10 +25,14 @@ class Geometry:
 
     @staticmethod
     def from_message(message: "service.GetGeometryResponse", known: "Geometry | None" = None) -> "Geometry":
-        """known: where the basis is taken from if the message leaves it out."""
+        """known: where the basis, or its first columns, are taken from if the message leaves them out."""
         rest = arrays.to_numpy(message.rest, "rest")
         if message.HasField("basis"):
             basis = arrays.to_numpy(message.basis, "basis")
+            if message.known_columns > 0:
+                if known is None or known.basis.shape[2] != message.known_columns or basis.ndim != 3:
+                    raise LimberError("INTERNAL", "the server sent the end of a basis that this client does not hold", "basis")
+                basis = np.concatenate([known.basis, basis], axis=2)
         elif known is not None and known.basis_hash == message.basis_hash:
             basis = known.basis
         else:

@@ -205,11 +205,13 @@ class Session(OpenSession):
         """The material of the newest result: frequencies and damping of its modes in SI units, and what they mix."""
         return Material.from_message(self.connection.call("get_material", service.GetMaterialRequest(session=self.reference)))
 
-    def geometry(self) -> Geometry:
-        """Rest shape, surface and basis; the basis is fetched once for its content hash."""
+    def geometry(self, basis_hash: str = "") -> Geometry:
+        """Rest shape, surface and basis: of the newest result, or that of frames with this hash. What is new of the basis is
+        fetched once: it grows while a motion is edited."""
         cache = self.server.geometry_cache
         known = next((geometry for owner, geometry in reversed(cache.values()) if owner == self.id), None)
-        request = service.GetGeometryRequest(session=self.reference, known_basis_hash=known.basis_hash if known else "")
+        request = service.GetGeometryRequest(session=self.reference, known_basis_hash=known.basis_hash if known else "",
+                                              basis_hash=basis_hash)
         message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
         geometry = Geometry.from_message(message, known)
         cache[geometry.basis_hash] = (self.id, geometry)
@@ -220,7 +222,7 @@ class Session(OpenSession):
         if frames.encoding != service.ENCODING_COORDINATES:
             return None
         cached = self.server.geometry_cache.get(frames.basis_hash)
-        return cached[1] if cached else self.geometry()
+        return cached[1] if cached else self.geometry(frames.basis_hash)
 
     # ---- control ----
 

@@ -215,7 +215,7 @@ TEST(SessionGeometry, UnusedNodesRestAndMergedOnesMoveTogether) {
   const Eigen::MatrixXf q =
       Eigen::MatrixXf::NullaryExpr(4, 3, [&] { return static_cast<float>(random.uniform(-1, 1)); });
   const Eigen::MatrixXd positions =
-      positions_of(geometry, LengthUnit(0.001), mapped.compact_of_source, model, q);
+      positions_of(geometry, LengthUnit(0.001), mapped.compact_of_source, model.basis, q);
   EXPECT_EQ(positions.middleRows(15, 3), scene.mesh.nodes.col(5).replicate(1, 3));
   const Eigen::MatrixXf streamed = geometry.basis * q;
   for (int frame = 0; frame < 3; ++frame) {

@@ -58,7 +58,7 @@ TEST(SessionHardCase, AFailedSolveShowsTheOldMotionWithoutItsNumbers) {
   ASSERT_TRUE(solved);
   ASSERT_GT(solved->report.total_energy, 0);
   const auto model = live.session.model();
-  const BodyResult failed = failed_result(solved.get(), *model, 30, "because");
+  const BodyResult failed = failed_result(solved.get(), *model, solved->shown, 30, "because");
   EXPECT_EQ(failed.coordinates, solved->coordinates);
   EXPECT_EQ(failed.modal, solved->modal);
   EXPECT_TRUE(failed.is_final);
@@ -73,7 +73,7 @@ TEST(SessionHardCase, AFailedSolveShowsTheOldMotionWithoutItsNumbers) {
     EXPECT_EQ(number, 0);
   EXPECT_EQ(failed.report.iterations, 0);
   EXPECT_FALSE(failed.report.rank_deficient);
-  const BodyResult first = failed_result(nullptr, *model, 30, "because");
+  const BodyResult first = failed_result(nullptr, *model, solved->shown, 30, "because");
   EXPECT_EQ(first.coordinates, Eigen::MatrixXf::Zero(model->basis_size(), 30));
   EXPECT_EQ(first.modal, Eigen::MatrixXd::Zero(model->coordinate_count(), 30));
 }

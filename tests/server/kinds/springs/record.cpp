@@ -38,7 +38,7 @@ std::shared_ptr<const FrameSource> ChainRecord::frames(bool final_only) const {
   return std::make_shared<ChainFrames>(demand_result(final_only));
 }
 
-proto::GetGeometryResponse ChainRecord::geometry(const std::string&) const {
+proto::GetGeometryResponse ChainRecord::geometry(const proto::GetGeometryRequest&) const {
   (void)session();
   proto::GetGeometryResponse response;
   *response.mutable_rest() = encode_points(opened_.nodes);

@@ -22,7 +22,7 @@ class ChainRecord final
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
   [[nodiscard]] proto::GetGeometryResponse geometry(
-      const std::string& known_basis_hash) const override;
+      const proto::GetGeometryRequest& request) const override;
   /// EXPORT_FORMAT_SCENE: the chain as edited.
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
 

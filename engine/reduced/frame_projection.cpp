@@ -1,0 +1,162 @@
+#include "engine/reduced/frame_projection.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/numerics/dense.h"
+#include "engine/base/parallel.h"
+
+namespace limber::reduced {
+namespace {
+
+using Eigen::Index;
+
+constexpr Index kFramesPerBlock = 32;  // reconstructed between checks of cancellation
+constexpr Index kLearntAtOnce = 32;    // frames whose components are found together
+// Relative to the mean of the held sites' own: less than what single precision shows.
+constexpr double kSiteRidge = 1e-9;
+constexpr double kRounding = 1e-14;  // of squares: below it a component is noise
+
+/// a^T b by blocks of columns of b, on all threads.
+Eigen::MatrixXd coordinates_on(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  Eigen::MatrixXd result(a.cols(), b.cols());
+  parallel_for((b.cols() + 7) / 8, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t block = begin; block < end; ++block) {
+      const Index first = 8 * block, count = std::min<Index>(8, b.cols() - first);
+      result.middleCols(first, count).noalias() = a.transpose() * b.middleCols(first, count);
+    }
+  });
+  return result;
+}
+
+/// u <- u - a q, likewise.
+void take_off(const Eigen::MatrixXd& a, const Eigen::MatrixXd& q, Eigen::MatrixXd& u) {
+  parallel_for((u.cols() + 7) / 8, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t block = begin; block < end; ++block) {
+      const Index first = 8 * block, count = std::min<Index>(8, u.cols() - first);
+      u.middleCols(first, count).noalias() -= a * q.middleCols(first, count);
+    }
+  });
+}
+
+/// The components of `rest` that leave less than `limit` (a square) of it, or `most` of them.
+Eigen::MatrixXd components(const Eigen::MatrixXd& rest, double limit, Index most) {
+  const SymmetricEigen gram(rest.transpose() * rest);
+  const Eigen::VectorXd& values = gram.eigenvalues();
+  double left = values.cwiseMax(0.0).sum();
+  const double whole = left;
+  Index count = 0;
+  while (count < std::min(most, values.size()) && left > limit &&
+         values[values.size() - 1 - count] > kRounding * whole)
+    left -= values[values.size() - 1 - count++];
+  return rest * gram.eigenvectors().rightCols(count).rowwise().reverse();
+}
+
+using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
+/// Mean rows of nodes in a matrix of 3n rows.
+Rows mean_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, const std::vector<int>& nodes) {
+  Rows rows = Rows::Zero(3, matrix.cols());
+  for (const int node : nodes) rows += matrix.middleRows<3>(3 * Index{node});
+  return rows / static_cast<double>(nodes.size());
+}
+
+/// Least change of each frame's coordinates that takes off what is left at its held sites.
+void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
+                const Eigen::MatrixXd& rest, const std::vector<HeldSite>& held,
+                Eigen::MatrixXd& coordinates) {
+  std::map<int, std::vector<const HeldSite*>> by_column;
+  for (const HeldSite& site : held) by_column[site.column].push_back(&site);
+  for (const auto& [column, sites] : by_column) {
+    const auto count = 3 * static_cast<Index>(sites.size());
+    Eigen::MatrixXd rows(count, coordinates.rows());
+    Eigen::VectorXd miss(count);
+    for (Index i = 0; i < count; i += 3) {
+      const std::vector<int>& nodes = *sites[static_cast<std::size_t>(i / 3)]->nodes;
+      rows.middleRows<3>(i) << mean_rows(basis, nodes), mean_rows(columns, nodes);
+      miss.segment<3>(i) = mean_rows(rest.col(column), nodes);
+    }
+    // Sites that move together, or hardly, ask for no more than the basis can do.
+    Eigen::MatrixXd gram = rows * rows.transpose();
+    gram.diagonal().array() += kSiteRidge * gram.trace() / static_cast<double>(count);
+    if (gram.trace() > 0) coordinates.col(column) += rows.transpose() * gram.ldlt().solve(miss);
+  }
+}
+
+}  // namespace
+
+void FrameProjectionOptions::validate() const {
+  if (!(tolerance > 0 && tolerance < 1))
+    throw Error(ErrorCode::kInvalidArgument, "tolerance", "must be in (0, 1)");
+  if (max_columns < 0) throw Error(ErrorCode::kInvalidArgument, "max_columns", "must be >= 0");
+}
+
+ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
+                               std::span<const int> frames,
+                               const Eigen::Ref<const Eigen::MatrixXd>& modal,
+                               const std::vector<HeldSite>& held,
+                               const FrameProjectionOptions& options, const JobContext& job) {
+  options.validate();
+  const auto count = static_cast<Index>(frames.size());
+  LIMBER_DEMAND(modal.cols() == count && modal.rows() == shapes.model().coordinate_count());
+  LIMBER_DEMAND(basis.rows() == shapes.model().modes.rows());
+  ProjectedFrames result;
+  Eigen::MatrixXd rest(basis.rows(), count);  // u, then what the basis misses of it
+  for (Index first = 0; first < count; first += kFramesPerBlock) {
+    const Index n = std::min(kFramesPerBlock, count - first);
+    job.report("shapes", static_cast<double>(first) / static_cast<double>(count));
+    const Eigen::MatrixXd linear = shapes.model().modes * modal.middleCols(first, n);
+    rest.middleCols(first, n) = shapes.displacements(
+        frames.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(n)), linear, job);
+  }
+  // Of a free body displacements count without their mean, as in MotionError.
+  double whole = 0;
+  for (Index i = 0; i < count; ++i) {
+    const auto u = rest.col(i).reshaped(3, rest.rows() / 3);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    if (shapes.model().rigid_count > 0) mean = u.rowwise().mean();
+    whole += (u.colwise() - mean).squaredNorm();
+  }
+  result.coordinates = coordinates_on(basis, rest);
+  take_off(basis, result.coordinates, rest);
+  result.columns.resize(basis.rows(), 0);
+  const auto error = [&] { return whole > 0 ? std::sqrt(rest.squaredNorm() / whole) : 0.0; };
+  result.error_before = result.error_after = error();
+  const double limit = options.tolerance * options.tolerance * whole;
+  while (result.error_after > options.tolerance && result.columns.cols() < options.max_columns) {
+    job.throw_if_cancelled();
+    std::vector<Index> worst(static_cast<std::size_t>(count));
+    std::iota(worst.begin(), worst.end(), Index{0});
+    const Eigen::VectorXd squares = rest.colwise().squaredNorm();
+    std::stable_sort(worst.begin(), worst.end(),
+                     [&](Index a, Index b) { return squares[a] > squares[b]; });
+    worst.resize(static_cast<std::size_t>(std::min(kLearntAtOnce, count)));
+    // Half of what may be left, so that few rounds are needed.
+    const double share = static_cast<double>(worst.size()) / static_cast<double>(count);
+    Eigen::MatrixXd added = components(rest(Eigen::all, worst), 0.25 * share * limit,
+                                       options.max_columns - result.columns.cols());
+    if (added.cols() == 0) break;
+    for (int pass = 0; pass < 2; ++pass) {  // twice: orthogonal to rounding
+      added -= basis * (basis.transpose() * added).eval();
+      added -= result.columns * (result.columns.transpose() * added).eval();
+      orthonormalise_columns(added);
+    }
+    const Eigen::MatrixXd q = coordinates_on(added, rest);
+    take_off(added, q, rest);
+    const Index before = result.columns.cols(), rows = result.coordinates.rows();
+    result.columns.conservativeResize(Eigen::NoChange, before + added.cols());
+    result.columns.rightCols(added.cols()) = added;
+    result.coordinates.conservativeResize(rows + added.cols(), Eigen::NoChange);
+    result.coordinates.bottomRows(added.cols()) = q;
+    result.error_after = error();
+  }
+  hold_sites(basis, result.columns, rest, held, result.coordinates);
+  return result;
+}
+
+}  // namespace limber::reduced

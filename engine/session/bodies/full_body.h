@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "engine/reduced/frame_projection.h"
+#include "engine/reduced/full_kinematics.h"
+#include "engine/reduced/full_shapes.h"
+#include "engine/scene/scene.h"
+
+namespace limber::session {
+
+struct MappedBody;
+
+/// A frame that is always reconstructed, and the nodes that are held in it, if any.
+struct HeldFrame {
+  int frame = 0;
+  std::shared_ptr<const std::vector<int>> nodes;  // compact; null: of a keyframe
+};
+
+/// Which frames are reconstructed in full, and the basis they are shown through.
+struct ShowOptions {
+  double tolerance = 1e-3;  // of the shape error that the basis leaves
+  int max_columns = 24;     // added at once
+  int max_added = 48;       // beyond the model's own; more: the basis is made anew from these
+  /// Tets times frames that are reconstructed: about 1 s on two cores. Of longer motions frames
+  /// evenly spread, those between by interpolation of what the model misses.
+  double max_tet_frames = 2e7;
+};
+
+/// The body of a session without reduction: what the exact step and the frames that it shows need.
+/// Driven by one thread.
+class FullBody {
+ public:
+  /// Maps the mesh and factors its Laplacian.
+  FullBody(const scene::Scene& scene, std::shared_ptr<const reduced::ReducedModel> model);
+  ~FullBody();
+
+  [[nodiscard]] std::unique_ptr<reduced::FullKinematics> make_kinematics() const;
+
+  struct Shown {
+    std::shared_ptr<const Eigen::MatrixXd> basis;  // `before`, or that with new columns
+    Eigen::MatrixXf coordinates;                   // h' x N
+    double error = 0;  // that the basis leaves, relative, over the reconstructed frames
+    int columns = 0;   // new ones
+  };
+  /// The frames of a motion by full reconstruction.
+  /// @param modal  z-hat, R x N; @param reduced  q of the model itself, h x N
+  /// @throws Error{kCancelled}
+  [[nodiscard]] Shown show(const std::shared_ptr<const Eigen::MatrixXd>& before,
+                           const Eigen::MatrixXd& modal, const Eigen::MatrixXf& reduced,
+                           const std::vector<HeldFrame>& held, const ShowOptions& options,
+                           const JobContext& job);
+
+ private:
+  std::shared_ptr<const reduced::ReducedModel> model_;
+  std::unique_ptr<const MappedBody> mapped_;
+  Eigen::MatrixXd base_;  // displacements of the base motion, or empty
+  std::shared_ptr<const reduced::FullReconstruction> reconstruction_;
+  std::unique_ptr<reduced::FullShapes> shapes_;
+};
+
+}  // namespace limber::session

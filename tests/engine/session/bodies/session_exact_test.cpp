@@ -1,0 +1,177 @@
+// Final results are optima of the full rotation-strain map, shown by full reconstruction.
+#include <gtest/gtest.h>
+
+#include "engine/reduced/full_reconstruction.h"
+#include "engine/session/bodies/full_body.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "tests/engine/session/bodies/session_support.h"
+
+namespace limber::session {
+namespace {
+
+using spacetime::SolveStatus;
+using test::held;
+using test::kTip;
+using test::Live;
+using test::tip_at;
+
+/// A model that is far from its tolerance, on purpose.
+scene::Scene coarse_bar() {
+  scene::Scene scene = test::bent_bar();
+  scene.model.basis_size = 8;
+  scene.model.cubature_size = 3;
+  scene.constraints = {held(10, kTip, {0.02, 0.25, 0.1}), held(20, kTip, {-0.05, -0.3, 0.05})};
+  return scene;
+}
+
+/// The motion of a result by the full map, without anything of the session, 3n x N [m].
+Eigen::MatrixXd full_motion(const scene::Scene& scene, const BodySession& session,
+                            const BodyResult& result) {
+  const MappedBody mapped = map_body(scene);
+  const reduced::FullReconstruction full(mapped.body);
+  return full.from_linear(session.model()->modes * (result.material->mixing * result.modal));
+}
+
+Eigen::MatrixXd shown_motion(const BodyResult& result) {
+  return *result.shown->basis * result.coordinates.cast<double>();
+}
+
+TEST(SessionExact, FinalResultsAreOptimaOfTheFullMap) {
+  const scene::Scene scene = coarse_bar();
+  Live live(scene);
+  const auto result = live.recorder->wait_final(0);
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->is_exact);
+  EXPECT_EQ(result->report.status, SolveStatus::kConverged) << result->report.message;
+  // Constraint energy and errors from whole reconstructions.
+  const Eigen::MatrixXd u = full_motion(scene, live.session, *result);
+  const double length = live.session.model()->length;
+  double energy = 0, largest = 0;
+  for (const scene::Constraint& constraint : scene.constraints) {
+    const Eigen::Vector3d miss = u.col(constraint.frame).segment<3>(3 * kTip) - constraint.target;
+    energy += 0.5 * constraint.weight * (miss / length).squaredNorm();
+    largest = std::max(largest, miss.norm());
+  }
+  EXPECT_NEAR(result->report.constraint_energy, energy, 1e-9 * result->report.total_energy);
+  EXPECT_NEAR(result->report.max_constraint_error, largest, 1e-9 * length);
+  // The reduced model's own answer is another one.
+  SessionOptions reduced;
+  reduced.exactness = Exactness::kReduced;
+  Live other(scene, reduced);
+  const auto answer = other.recorder->wait_final(0);
+  ASSERT_TRUE(answer);
+  EXPECT_FALSE(answer->is_exact);
+  EXPECT_GT(std::abs(answer->report.total_energy / result->report.total_energy - 1), 0.01);
+}
+
+TEST(SessionExact, ShownFramesAreFullReconstructions) {
+  const scene::Scene scene = coarse_bar();
+  Live live(scene);
+  const auto result = live.recorder->wait_final(0);
+  ASSERT_TRUE(result);
+  const Eigen::MatrixXd u = full_motion(scene, live.session, *result);
+  EXPECT_LT((shown_motion(*result) - u).norm(), 1.5e-3 * u.norm());
+  EXPECT_GT(result->shown->basis->cols(), live.session.model()->basis_size());
+  const Eigen::MatrixXd& basis = *result->shown->basis;
+  EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(basis.cols(), basis.cols()))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
+  // Held nodes are where the full map has them, not only nearly.
+  for (const scene::Constraint& constraint : scene.constraints) {
+    const Eigen::Vector3d shown = shown_motion(*result).col(constraint.frame).segment<3>(3 * kTip);
+    EXPECT_LT((shown - u.col(constraint.frame).segment<3>(3 * kTip)).norm(), 1e-6);
+  }
+  const auto checked = live.recorder->wait_checked(0);
+  ASSERT_TRUE(checked && checked->motion_check);
+  EXPECT_LT(checked->motion_check->error.shape_error, 2e-3);
+}
+
+TEST(SessionExact, ExactConstraintsAreMetInTheShownFrames) {
+  scene::Scene scene = coarse_bar();
+  for (auto& constraint : scene.constraints) constraint.weight = test::kInfinity;
+  Live live(scene);
+  const auto result = live.recorder->wait_final(0);
+  ASSERT_TRUE(result);
+  EXPECT_LT(result->report.max_exact_error, 1e-7);
+  for (const scene::Constraint& constraint : scene.constraints) {
+    const Eigen::Vector3d rest = scene.mesh.nodes.col(kTip);
+    const Eigen::Vector3d at = tip_at(live.session, *result, constraint.frame);
+    EXPECT_LT((at - rest - constraint.target).norm(), 2e-6);
+  }
+}
+
+/// An edit too small to see must not make the frames jump, though the model is off by percents.
+TEST(SessionExact, DragsOnBeginWhereTheLastResultIs) {
+  Live live(coarse_bar());
+  const auto before = live.recorder->wait_final(0);
+  ASSERT_TRUE(before);
+  const auto after = live.edit({MoveConstraint{1, {0.02, 0.2501, 0.1}}});
+  ASSERT_TRUE(after);
+  const double motion = shown_motion(*before).norm();
+  double largest = 0;
+  for (const auto& result : live.recorder->results()) {
+    if (result->revision != after->revision) continue;
+    const Eigen::MatrixXd shown = shown_motion(*result);
+    const Eigen::MatrixXd then = shown_motion(*before);
+    // Bases grow: both in nodes.
+    largest = std::max(largest, (shown - then).norm() / motion);
+  }
+  EXPECT_GT(largest, 0);
+  EXPECT_LT(largest, 0.01);
+}
+
+TEST(SessionExact, UndoAcrossAGrownBasisGivesTheVeryAnswer) {
+  Live live(coarse_bar());
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  const auto second = live.edit({MoveConstraint{1, {0.1, 0.1, 0.4}}});
+  ASSERT_TRUE(second);
+  EXPECT_NE(first->shown->geometry->basis_hash, second->shown->geometry->basis_hash);
+  const auto undone = live.edit({Undo{}});
+  ASSERT_TRUE(undone);
+  EXPECT_EQ(undone->modal, first->modal);
+  EXPECT_EQ(undone->coordinates, first->coordinates);
+  EXPECT_EQ(undone->shown->geometry->basis_hash, first->shown->geometry->basis_hash);
+  EXPECT_TRUE(live.session.geometry(second->shown->geometry->basis_hash));
+  EXPECT_FALSE(live.session.geometry("unknown"));
+}
+
+/// Frames of an older result stay readable while the basis grows.
+TEST(SessionExact, OlderResultsKeepTheirFrames) {
+  Live live(coarse_bar());
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  const Eigen::MatrixXd positions = live.session.positions(*first, 0, 30);
+  ASSERT_TRUE(live.edit({MoveConstraint{1, {0.1, 0.1, 0.4}}}));
+  EXPECT_EQ(live.session.positions(*first, 0, 30), positions);
+}
+
+TEST(SessionExact, BasisForgetsWhatNoMotionNeeds) {
+  Live live(coarse_bar());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  const int own = live.session.model()->basis_size();
+  for (int i = 0; i < 12; ++i) {
+    const double angle = 0.7 * i;
+    const auto result =
+        live.edit({MoveConstraint{1, {0.05, 0.35 * std::cos(angle), 0.35 * std::sin(angle)}}});
+    ASSERT_TRUE(result);
+    EXPECT_LE(result->shown->basis->cols(), own + ShowOptions().max_added);
+  }
+}
+
+TEST(SessionExact, CancellingTheStepLeavesAnAnswer) {
+  Live live(coarse_bar());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  live.recorder->hook = [&](const BodyResult& result) {
+    if (!result.is_final) live.session.cancel();
+  };
+  const auto result = live.edit({MoveConstraint{1, {0.1, 0.1, 0.4}}});
+  live.recorder->hook = nullptr;
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->is_final);
+  EXPECT_TRUE(result->coordinates.allFinite());
+}
+
+}  // namespace
+}  // namespace limber::session
