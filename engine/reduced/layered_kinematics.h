@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "engine/reduced/full_kinematics.h"
@@ -10,16 +12,30 @@
 
 namespace limber::reduced {
 
-/// By how much shown frames differ from those of the reduced model: q = H g(Y z) + D z + shift.
+/// By how much shown frames differ from those of the reduced model near the poses at which that was
+/// found: q = H g(Y z) + D z + phi shift, with phi of LayeredKinematics.
 struct FrameShift {
   std::shared_ptr<const Eigen::MatrixXd> basis;  // B of the shown frames, 3n x h'
   Eigen::MatrixXf shift;                         // h' x N
+  Eigen::MatrixXd poses;                         // z0, R x N
 };
 
-/// The kinematics that a live problem is solved with: the reduced model, shifted in each frame by
-/// what the last full reconstruction differed from it, so that constraints are met in the frames
-/// that are shown; or the full rotation-strain map. The owner chooses between solves, and tells the
-/// solver that its values have changed (Solver::warm_start).
+/// 1 at z0, 1/2 at half of |z0| from there, quadratic at both: how far a correction that was found
+/// at z0 counts at z. 0 where z0 is rest.
+/// @returns phi of each column of z
+[[nodiscard]] Eigen::VectorXd fading(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                     const Eigen::Ref<const Eigen::MatrixXd>& z0);
+
+/// The kinematics that a live problem is solved with: the reduced model or the full rotation-strain
+/// map. The owner chooses between solves, and tells the solver that its values have changed
+/// (Solver::warm_start).
+///
+/// Near an anchor, a pose z0 of a frame at which a site was evaluated by both, the reduced model is
+/// corrected in value and Jacobian, so that an optimum of the full map is one of the corrected
+/// model too: u = u_reduced + phi (a + B (z - z0)), a = u_full(z0) - u_reduced(z0), B the same of
+/// Jacobians, phi = 1 / (1 + |z - z0|^2 / rho^2) with rho a share of |z0|: an anchor says nothing
+/// about poses far away. Sites without an anchor are shifted by what the shown frame was, so that
+/// constraints are met in frames that are shown.
 ///
 /// Sites are added to the full map when it is first used after them.
 class LayeredKinematics final : public Kinematics {
@@ -36,8 +52,12 @@ class LayeredKinematics final : public Kinematics {
   /// kFull needs set_full().
   void use(Level level);
   [[nodiscard]] Level level() const { return level_; }
-  /// Null: none.
+  /// Null: none, and no anchors either.
   void set_shift(std::shared_ptr<const FrameShift> shift);
+  /// Anchors at these poses, in place of all that there are. Needs set_full().
+  /// @param frames, z, queries  as of evaluate()
+  void anchor(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+              std::span<const SiteQuery> queries);
 
   [[nodiscard]] int coordinate_count() const override;
   [[nodiscard]] double length() const override;
@@ -52,6 +72,17 @@ class LayeredKinematics final : public Kinematics {
 
  private:
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  struct Anchor {
+    Eigen::VectorXd pose;   // z0
+    Eigen::Vector3d value;  // a [m]
+    Rows jacobian;          // B [m]
+  };
+  /// phi and its first two derivatives' factors at one pose.
+  struct Correction;
+  void add_sites_to_full();
+  /// @returns false where nothing is known of the site in this frame
+  [[nodiscard]] bool correct(SiteId site, int frame, const Eigen::Ref<const Eigen::VectorXd>& z,
+                             Correction& correction) const;
   [[nodiscard]] Rows rows_of(const std::vector<int>& nodes) const;
 
   std::shared_ptr<ReducedKinematics> reduced_;
@@ -60,7 +91,8 @@ class LayeredKinematics final : public Kinematics {
   std::vector<std::vector<int>> sites_;
   std::size_t sites_in_full_ = 0;
   std::shared_ptr<const FrameShift> shift_;
-  std::vector<Rows> rows_;  // of the shift's basis, of each site
+  std::vector<Rows> rows_;                            // of the shift's basis, of each site
+  std::map<std::pair<SiteId, int>, Anchor> anchors_;  // by site and frame
 };
 
 }  // namespace limber::reduced

@@ -1,7 +1,11 @@
+#include <fmt/format.h>
+
 #include <chrono>
+#include <limits>
 #include <thread>
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/impl.h"
 
@@ -13,22 +17,27 @@ namespace {
 
 using spacetime::SolveStatus;
 
-// Shapes of exact results are off by less than this share of the scene's tolerance, or this.
 // Edits of a drag are 16 ms apart.
 constexpr std::chrono::milliseconds kPause{40}, kLook{2};
+// Shapes of exact results are off by less than this share of the scene's tolerance, or this.
 constexpr double kShapeShare = 0.1, kLargestShapeError = 1e-3;
+// Share of a motion by which it may have changed since the optimum from rest was compared with it.
+// Not known to be tuned: it bounds the cost, a second solve, to drags that go far.
+constexpr double kNear = 0.5;
 
 }  // namespace
 
 void BodySession::Impl::use_level(reduced::LayeredKinematics::Level level) {
-  if (level == reduced::LayeredKinematics::Level::kFull) {
-    if (!full_body_) {
-      full_body_ =
-          std::make_unique<FullBody>(*document_.unedited(), read([this] { return built_->model; }));
-    }
-    problem_->provide_full([this] { return full_body_->make_kinematics(); });
-  }
+  if (level == reduced::LayeredKinematics::Level::kFull) provide_full();
   problem_->use(level);
+}
+
+void BodySession::Impl::provide_full() {
+  if (!full_body_) {
+    full_body_ =
+        std::make_unique<FullBody>(*document_.unedited(), read([this] { return built_->model; }));
+  }
+  problem_->provide_full([this] { return full_body_->make_kinematics(); });
 }
 
 /// A drag's next edit would interrupt the step and have to wait until that has noticed: after one
@@ -42,14 +51,16 @@ bool BodySession::Impl::is_quiet() {
   return !interrupt_.load(std::memory_order_relaxed);
 }
 
-std::optional<spacetime::SolveReport> BodySession::Impl::polish(
-    const Round& round, const spacetime::SolveReport& start) {
+std::optional<spacetime::SolveReport> BodySession::Impl::polish(const Round& round,
+                                                                const spacetime::SolveReport& start,
+                                                                double ceiling) {
   using Level = reduced::LayeredKinematics::Level;
   is_exact_ = false;
   if (options_.exactness == Exactness::kReduced || start.status == SolveStatus::kCancelled ||
       interrupt_.load(std::memory_order_relaxed))
     return start;
-  publish_motion(round, start, false);
+  if (start.total_energy + problem_->column_energy() <= ceiling)
+    publish_motion(round, start, false);
   if (!is_quiet()) return std::nullopt;
   spacetime::Solver& solver = problem_->solver();
   const Eigen::MatrixXd before = solver.motion();
@@ -57,11 +68,12 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(
   spacetime::SolveReport report;
   try {
     use_level(Level::kFull);
-    report = problem_->solver().solve({round.cancellation, {}}, [&](const auto& /*improved*/) {
+    report = solver.solve({round.cancellation, {}}, [&](const auto& /*improved*/) {
       out_of_date = interrupt_.load(std::memory_order_relaxed);
       return !out_of_date;
     });
     use_level(Level::kReduced);
+    if (!out_of_date) problem_->anchor(spacetime::Known::kAnswer);
   } catch (...) {
     problem_->use(Level::kReduced);
     throw;
@@ -78,17 +90,46 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(
   }
   is_exact_ = true;
   report.iterations += start.iterations;
-  if (problem_->variables() == scene::MaterialVariables::kMotion) {
-    solved_ = report.status == SolveStatus::kConverged;
-    return report;
-  }
-  // How the fit of the material ended is what the status says.
-  report.status = start.status;
-  report.message = start.message;
   return report;
 }
 
-bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
+std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
+    const Round& round, const spacetime::SolveReport& found) {
+  if (!is_exact_) return found;
+  const Eigen::MatrixXd motion = problem_->solver().motion();
+  if (std::exchange(from_rest_, false)) tried_ = motion;
+  const bool is_near = tried_.rows() == motion.rows() && tried_.cols() == motion.cols() &&
+                       (motion - tried_).norm() <= kNear * tried_.norm();
+  if (is_near) return found;
+  problem_->set_shift(nullptr);
+  problem_->solver().cold_start();
+  std::optional<spacetime::SolveReport> other =
+      solve_motion(round, -std::numeric_limits<double>::infinity());
+  if (other) {
+    constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
+    other = polish(round, *other, kUnpublished);
+  }
+  if (!other) return std::nullopt;
+  if (is_exact_ && problem_->solver().prefers(*other, found)) {
+    tried_ = problem_->solver().motion();
+    add_sentence(other->message,
+                 fmt::format("From rest a lower optimum was found than the one that edits led to: "
+                             "total energy {:.6g} instead of {:.6g}.",
+                             other->total_energy, found.total_energy));
+    return other;
+  }
+  const bool is_cancelled = other->status == SolveStatus::kCancelled;
+  problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
+  problem_->anchor(spacetime::Known::kAnswer);
+  is_exact_ = true;
+  if (!is_cancelled) tried_ = motion;
+  spacetime::SolveReport kept = found;
+  if (is_cancelled) kept.status = SolveStatus::kCancelled;
+  return kept;
+}
+
+std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
+    const Round& round, const spacetime::Material& material, const Eigen::MatrixXd& modal) {
   const JobContext job{round.cancellation, [this](const auto& /*stage*/, double /*fraction*/) {
                          if (interrupt_.load(std::memory_order_relaxed))
                            throw Error(ErrorCode::kCancelled, "", "an edit was quicker");
@@ -98,14 +139,14 @@ bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
       std::min(kLargestShapeError, kShapeShare * document_.unedited()->model.tolerance);
   const std::shared_ptr<const ShownBasis> before = problem_shown_;
   Eigen::MatrixXf reduced;
-  problem_->model_coordinates(*result.material, result.modal, reduced);
+  problem_->model_coordinates(material, modal, reduced);
   FullBody::Shown shown;
   try {
-    shown = full_body_->show(before->basis, result.material->mixing * result.modal, reduced,
+    shown = full_body_->show(before->basis, material.mixing * modal, reduced,
                              problem_->held_frames(), options, job);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
-    return false;
+    return std::nullopt;
   }
   if (shown.basis != before->basis) {
     auto next = std::make_shared<ShownBasis>();
@@ -123,8 +164,16 @@ bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
     next->geometry = std::make_shared<const Geometry>(std::move(geometry));
     set_shown(std::move(next));
   }
-  result.coordinates = std::move(shown.coordinates);
+  return std::move(shown.coordinates);
+}
+
+bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
+  std::optional<Eigen::MatrixXf> frames = frames_in_full(round, *result.material, result.modal);
+  if (!frames) return false;
+  result.coordinates = std::move(*frames);
   result.shown = problem_shown_;
+  Eigen::MatrixXf reduced;
+  problem_->model_coordinates(*result.material, result.modal, reduced);
   shift_frames(reduced, result);
   return true;
 }
@@ -135,6 +184,7 @@ void BodySession::Impl::shift_frames(const Eigen::MatrixXf& reduced, const BodyR
   shift->basis = result.shown->basis;
   shift->shift = result.coordinates;
   shift->shift.topRows(reduced.rows()) -= reduced;
+  shift->poses = result.material->mixing * result.modal;
   problem_->set_shift(std::move(shift));
 }
 
@@ -145,13 +195,24 @@ void BodySession::Impl::set_shown(std::shared_ptr<const ShownBasis> shown) {
   if (shown_.size() > kShownKept) shown_.pop_front();
 }
 
-/// The frames of an answer that is taken up again.
-void BodySession::Impl::show_again(const BodyResult& answer) {
-  if (!answer.is_exact) return problem_->set_shift(nullptr);
+/// The solver continues from an answer, with all that belongs to it.
+void BodySession::Impl::take_up(const BodyResult& answer, spacetime::Known known) {
+  problem_->set_material(answer.material);
+  start_of_fit_ = answer.start_of_fit;
+  problem_->solver().set_weight_scale(answer.weight_scale);
+  if (!answer.is_exact) {
+    problem_->set_shift(nullptr);
+    problem_->solver().warm_start(answer.modal, known);
+    return;
+  }
   Eigen::MatrixXf reduced;
   problem_->model_coordinates(*answer.material, answer.modal, reduced);
   if (answer.shown != problem_shown_) set_shown(answer.shown);
   shift_frames(reduced, answer);
+  problem_->solver().warm_start(answer.modal, known);
+  tried_ = answer.modal;
+  provide_full();
+  problem_->anchor(known);
 }
 
 }  // namespace limber::session

@@ -99,6 +99,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   struct Fit {
     std::shared_ptr<const spacetime::Material> material;
     Eigen::MatrixXd motion;
+    bool is_exact = false;
   };
   enum class Steps { kFree, kLimited };
   /// On from the answer of the solver, which gets the material and the motion that were found where
@@ -118,6 +119,9 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void restore(const Fit& fit);
   /// Of what the solver has.
   [[nodiscard]] Eigen::MatrixXf coordinates_now() const;
+  /// The farthest that some nodes move from one frame to the next [m] in what the solver has, in
+  /// full reconstructions where that is exact. @returns nothing where an edit was quicker
+  [[nodiscard]] std::optional<double> largest_step_now(const Round& round);
   /// Coordinates and energies of result.modal and result.report with this material.
   void fill_material(const spacetime::Material& material, BodyResult& result) const;
 
@@ -130,13 +134,25 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] bool is_quiet();
   void use_level(reduced::LayeredKinematics::Level level);
   /// The exact optimum from the solver's motion, which was solved as `start` says.
+  /// `start` is published first, unless its total energy is above the ceiling.
   /// @returns `start` where results are not exact; nothing where an edit made it out of date
-  std::optional<spacetime::SolveReport> polish(const Round& round,
-                                               const spacetime::SolveReport& start);
+  std::optional<spacetime::SolveReport> polish(
+      const Round& round, const spacetime::SolveReport& start,
+      double ceiling = std::numeric_limits<double>::infinity());
+  /// Where edits have led far from motions that were compared with the optimum from rest, that is
+  /// found too, and the better one of both is the solver's. @returns as polish()
+  std::optional<spacetime::SolveReport> try_from_rest(const Round& round,
+                                                      const spacetime::SolveReport& found);
+  /// Frames of a motion by full reconstruction, h' x N, of problem_shown_, which may grow for them.
+  /// @returns nothing where an edit or a cancellation was quicker
+  [[nodiscard]] std::optional<Eigen::MatrixXf> frames_in_full(const Round& round,
+                                                              const spacetime::Material& material,
+                                                              const Eigen::MatrixXd& modal);
   /// Frames of an exact result. @returns false where an edit or a cancellation was quicker
   [[nodiscard]] bool show_exactly(const Round& round, BodyResult& result);
   void shift_frames(const Eigen::MatrixXf& reduced, const BodyResult& result);
-  void show_again(const BodyResult& answer);
+  void take_up(const BodyResult& answer, spacetime::Known known);
+  void provide_full();
   void set_shown(std::shared_ptr<const ShownBasis> shown);
 
   // check.cpp: the check of final results, its task and its place in the session's.
@@ -170,10 +186,12 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
   std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
-  bool was_interrupted_ = false;                     // the task's: the last exact step
-  bool is_exact_ = false;  // the task's: the solver's motion is an optimum of the full map
-  AnswerCache answers_;    // the task's
-  bool solved_ = false;    // the task's: the motion has converged for the material it has
+  bool from_rest_ = false;        // the task's: the solver began there, and no edit has come since
+  Eigen::MatrixXd tried_;         // the task's: z that was compared with the optimum from rest
+  bool was_interrupted_ = false;  // the task's: the last exact step
+  bool is_exact_ = false;         // the task's: the solver's motion is an optimum of the full map
+  AnswerCache answers_;           // the task's
+  bool solved_ = false;           // the task's: the motion has converged for the material it has
   /// The task's: q of the motion with forces alone that the fit of the material began with.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;
   int material_iterations_ = 0;  // the task's: in what is published next

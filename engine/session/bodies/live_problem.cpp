@@ -148,6 +148,23 @@ void LiveProblem::provide_full(
   if (!kinematics_->has_full()) kinematics_->set_full(make());
 }
 
+void LiveProblem::anchor(spacetime::Known known) {
+  std::vector<int> frames;
+  std::vector<reduced::SiteQuery> queries;
+  const auto add = [&](reduced::SiteId site, int frame) {
+    queries.push_back({site, static_cast<int>(frames.size())});
+    frames.push_back(frame);
+  };
+  for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
+    add(constraint.site, constraint.frame);
+    if (constraint.since) add(constraint.site, *constraint.since);
+  }
+  const Eigen::MatrixXd motion = solver_->motion();
+  const Eigen::MatrixXd z = material_->mixing * motion(Eigen::all, frames);
+  kinematics_->anchor(frames, z, queries);
+  solver_->warm_start(motion, known);
+}
+
 void LiveProblem::set_shift(std::shared_ptr<const reduced::FrameShift> shift) {
   shift_ = std::move(shift);
   kinematics_->set_shift(shift_);
@@ -170,8 +187,10 @@ void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::
   if (!shift_) return;
   const Eigen::Index own = q.rows();
   q.conservativeResize(shift_->shift.rows(), Eigen::NoChange);
-  q.topRows(own) += shift_->shift.topRows(own);
-  q.bottomRows(q.rows() - own) = shift_->shift.bottomRows(q.rows() - own);
+  q.bottomRows(q.rows() - own).setZero();
+  const Eigen::VectorXf share =
+      reduced::fading(material.mixing * motion, shift_->poses).cast<float>();
+  q += shift_->shift * share.asDiagonal();
 }
 
 void LiveProblem::model_coordinates(const spacetime::Material& material,

@@ -82,7 +82,9 @@ class LiveProblem {
   void use(reduced::LayeredKinematics::Level level);
   /// Makes the full map where there is none; before use(kFull).
   void provide_full(const std::function<std::unique_ptr<reduced::FullKinematics>()>& make);
-  /// See reduced::FrameShift; null: none. Take the solver's motion up again after it.
+  /// Corrects the reduced model by the full map at the solver's motion, which is taken up again.
+  void anchor(spacetime::Known known);
+  /// See reduced::FrameShift; null: none, nor anchors. Take the solver's motion up again after it.
   void set_shift(std::shared_ptr<const reduced::FrameShift> shift);
   /// Frames of constraints and keyframes, in any order.
   [[nodiscard]] std::vector<HeldFrame> held_frames() const;

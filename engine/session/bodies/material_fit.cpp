@@ -80,24 +80,26 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
 std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
     const Round& round, const spacetime::SolveReport& start) {
   const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kSampledNodes);
-  const Eigen::MatrixXf first = coordinates_now();
-  const Fit before{problem_->material(), problem_->solver().motion()};
+  const Fit before{problem_->material(), problem_->solver().motion(), is_exact_};
+  const std::optional<double> first = largest_step_now(round);
+  if (!first) return std::nullopt;
   const bool is_initial = before.material == problem_->initial_material();
   // A material that was fitted to other targets may throw the body about for these: it is fitted
   // anew then, from the motion with forces alone.
   if (!is_initial && start_of_fit_ && !problem_->allows_high_frequencies() &&
-      largest_frame_step(rows, first, {}) >
-          kMuchFarther * largest_frame_step(rows, *start_of_fit_, {})) {
+      *first > kMuchFarther * largest_frame_step(rows, *start_of_fit_, {})) {
     problem_->reset_material();
+    problem_->set_shift(nullptr);
     problem_->solver().cold_start();
-    const std::optional<spacetime::SolveReport> again = solve_motion(round);
+    std::optional<spacetime::SolveReport> again = solve_motion(round);
+    if (again) again = polish(round, *again);
     if (!again || again->status == SolveStatus::kCancelled) return again;
     publish_motion(round, *again, false);
     return fit_material(round, *again);
   }
-  double most = largest_frame_step(rows, first, {});
+  double most = *first;
   if (is_initial)
-    start_of_fit_ = std::make_shared<const Eigen::MatrixXf>(first);
+    start_of_fit_ = std::make_shared<const Eigen::MatrixXf>(coordinates_now());
   else if (start_of_fit_)  // the fit began with an earlier motion, and may have lengthened its
                            // steps
     most = std::max(most / kMuchFarther, largest_frame_step(rows, *start_of_fit_, {}));
@@ -107,15 +109,17 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
     std::optional<MaterialReport> fitted = optimise_material(round, steps, most);
     if (!fitted) return std::nullopt;
     const bool was_cancelled = fitted->status == SolveStatus::kCancelled;
-    const auto moves_far = [&] {
-      return largest_frame_step(rows, coordinates_now(), {}) > kMuchFarther * most;
-    };
-    if (steps == Steps::kFree && !was_cancelled && moves_far()) {
+    is_exact_ = false;
+    if (steps == Steps::kFree && !was_cancelled &&
+        largest_frame_step(rows, coordinates_now(), {}) > kMuchFarther * most) {
       restore(before);
       continue;
     }
     std::optional<spacetime::SolveReport> ended = solve_motion(round, energy);
+    if (ended) ended = polish(round, *ended, energy);
     if (!ended) return ended;
+    const std::optional<double> farthest = largest_step_now(round);
+    if (!farthest) return std::nullopt;
     // Exact constraints are only approached while the material is fitted: meeting them may cost
     // more.
     const double exact_limit = std::max(
@@ -123,7 +127,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
     const bool is_higher = ended->total_energy + problem_->column_energy() > energy &&
                            start.exact_error() <= exact_limit;
     const bool is_cancelled = was_cancelled || ended->status == SolveStatus::kCancelled;
-    const bool goes_far = !is_higher && moves_far();
+    const bool goes_far = !is_higher && *farthest > kMuchFarther * most;
     if (goes_far && steps == Steps::kFree && !is_cancelled) {
       restore(before);
       continue;
@@ -154,6 +158,19 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
 void BodySession::Impl::restore(const Fit& fit) {
   problem_->set_material(fit.material);
   problem_->solver().warm_start(fit.motion, spacetime::Known::kAnswer);
+  is_exact_ = fit.is_exact;
+  if (is_exact_) problem_->anchor(spacetime::Known::kAnswer);
+}
+
+std::optional<double> BodySession::Impl::largest_step_now(const Round& round) {
+  if (!is_exact_) {
+    const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kSampledNodes);
+    return largest_frame_step(rows, coordinates_now(), {});
+  }
+  const std::optional<Eigen::MatrixXf> frames =
+      frames_in_full(round, *problem_->material(), problem_->solver().motion());
+  if (!frames) return std::nullopt;
+  return largest_frame_step(rows_of_some_nodes(*problem_shown_->basis, kSampledNodes), *frames, {});
 }
 
 Eigen::MatrixXf BodySession::Impl::coordinates_now() const {

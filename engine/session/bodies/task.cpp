@@ -112,6 +112,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
   } else {
     problem_->apply(round.order.batch);
   }
+  from_rest_ = round.order.is_whole || round.order.start == BodyOrder::Start::kCold;
   if (round.order.start == BodyOrder::Start::kCold) {
     problem_->solver().set_weight_scale(1);
     // A frozen material is not looked for again.
@@ -122,11 +123,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
   }
   auto known = answers_.find(round.order.content);
   if (!known) return nullptr;
-  problem_->set_material(known->material);
-  start_of_fit_ = known->start_of_fit;
-  problem_->solver().set_weight_scale(known->weight_scale);
-  show_again(*known);
-  problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
+  take_up(*known, spacetime::Known::kAnswer);
   return known;
 }
 
@@ -165,14 +162,14 @@ void BodySession::Impl::solve_order(const Round& round) {
 std::optional<spacetime::SolveReport> BodySession::Impl::solve_whole(const Round& round) {
   std::optional<spacetime::SolveReport> ended = solve_motion(round);
   if (!ended) return ended;
+  ended = polish(round, *ended);
+  const bool fits = problem_->variables() != scene::MaterialVariables::kMotion;
+  if (ended && !fits) ended = try_from_rest(round, *ended);
+  if (!ended) return ended;
   solved_ = ended->status == spacetime::SolveStatus::kConverged;
-  is_exact_ = false;
-  if (problem_->variables() == scene::MaterialVariables::kMotion ||
-      ended->status == spacetime::SolveStatus::kCancelled)
-    return polish(round, *ended);
+  if (!fits || ended->status == spacetime::SolveStatus::kCancelled) return ended;
   publish_motion(round, *ended, false);
-  ended = fit_material(round, *ended);
-  return ended ? polish(round, *ended) : ended;
+  return fit_material(round, *ended);
 }
 
 std::optional<spacetime::SolveReport> BodySession::Impl::solve_motion(const Round& round,
@@ -218,11 +215,7 @@ bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::So
   const bool answer_wins = comparable ? solver.prefers(answer->report, whole)
                                       : answer->report.force_energy <= ended.force_energy;
   if (cancelled ? !complete && solver.prefers(whole, answer->report) : !answer_wins) return false;
-  problem_->set_material(answer->material);
-  start_of_fit_ = answer->start_of_fit;
-  solver.set_weight_scale(answer->weight_scale);
-  show_again(*answer);
-  solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
+  take_up(*answer, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
   if (answer == newest) return true;
   auto again = std::make_shared<BodyResult>(*answer);
   if (!cancelled) {

@@ -24,7 +24,7 @@ class PlainRecord final : public Record {
   [[nodiscard]] const char* kind() const override { return "plain"; }
   [[nodiscard]] const char* subject() const override { return "nothing"; }
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool) const override { return nullptr; }
-  [[nodiscard]] proto::GetGeometryResponse geometry(const std::string&) const override {
+  [[nodiscard]] proto::GetGeometryResponse geometry(const proto::GetGeometryRequest&) const override {
     return {};
   }
   [[nodiscard]] proto::EditResponse edit(const proto::EditRequest&) override { return {}; }

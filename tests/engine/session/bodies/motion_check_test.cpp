@@ -573,7 +573,9 @@ TEST(MotionCheck, OfACoarseModelSaysWhatTheFullShapesMiss) {
   scene.model.basis_size = 4;
   scene.constraints[0].weight = std::numeric_limits<double>::infinity();
   scene.constraint_tolerance = 1e-3;
-  Live live(scene);
+  SessionOptions options;
+  options.exactness = Exactness::kReduced;
+  Live live(scene, options);
   const auto checked = live.recorder->wait_checked(0);
   ASSERT_TRUE(checked);
   const reduced::MotionError& error = checked->motion_check->error;
