@@ -1,4 +1,4 @@
-// list, show, wait, close, cancel: sessions of every kind.
+// list, show, explain, wait, close, cancel: sessions of every kind.
 
 #include <fmt/format.h>
 
@@ -49,6 +49,34 @@ void show(Context& context, const std::string& session) {
     fmt::print("\n{}", describe(kind, response.status().result()));
   const std::string conditions = kind.conditions(response);
   if (!conditions.empty()) fmt::print("\n{}", conditions);
+}
+
+std::string in_words(const v1::ExpectedError& error) {
+  if (!error.has_value()) return "not known";
+  return error.unit().empty() ? fmt::format("{:.3g} %", 100 * error.value())
+                              : fmt::format("{:.3g} {}", error.value(), error.unit());
+}
+
+void explain(Context& context, const std::string& session) {
+  const auto response = context.session<OpenSession>(session).explain();
+  if (context.json) return print_json(response);
+  fmt::print("What was chosen\n");
+  for (const v1::ModelChoice& choice : response.choices()) {
+    fmt::print("  {}: {}{}\n      {}\n", choice.name(), choice.value(),
+               choice.asked_for() ? " (asked for)" : "", choice.reason());
+    if (!choice.cost().empty()) fmt::print("      cost: {}\n", choice.cost());
+  }
+  fmt::print("\nWhich error to expect (revision {})\n", response.revision());
+  for (const v1::ExpectedError& error : response.errors()) {
+    fmt::print(
+        "  {}: {}{}\n      {}\n", error.quantity(), in_words(error),
+        error.has_tolerance() ? fmt::format(" (asked for: {:.3g} %)", 100 * error.tolerance()) : "",
+        error.method());
+  }
+  if (response.advice().empty()) return;
+  fmt::print("\nWhat would change that\n");
+  for (const v1::Advice& advice : response.advice())
+    fmt::print("  {}: {}\n", advice.goal(), advice.change());
 }
 
 struct WaitLine {
@@ -123,6 +151,11 @@ void add_session_commands(CLI::App& app, Context& context) {
 
   add_act(app, "show", "A session: state, model, newest result, constraints",
           [&context](const std::string& session) { show(context, session); });
+
+  add_act(
+      app, "explain",
+      "What was chosen for a session and why, which error to expect, and what would change that",
+      [&context](const std::string& session) { explain(context, session); });
 
   auto options = std::make_shared<WaitLine>();
   command = subcommand(app, "wait", "Wait for a result that contains a revision, and print it",

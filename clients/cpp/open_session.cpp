@@ -25,6 +25,8 @@ v1::SessionStatus OpenSession::status() {
   return status;
 }
 
+v1::ExplainResponse OpenSession::explain() { return client_->call(request<v1::ExplainRequest>()); }
+
 v1::EditResponse OpenSession::edit(const std::vector<v1::Edit>& edits,
                                    std::optional<std::uint64_t> expected_revision) {
   auto wanted = request<v1::EditRequest>();

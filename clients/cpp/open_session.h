@@ -59,6 +59,9 @@ class OpenSession {
   [[nodiscard]] v1::Scene scene();
   /// Both of the same revision.
   [[nodiscard]] v1::GetSessionResponse status_and_scene();
+  /// What was chosen for the session and why, which error its newest result has, what would change
+  /// it.
+  [[nodiscard]] v1::ExplainResponse explain();
 
   /// All or nothing, in order, as one revision.
   /// @param expected_revision  refused unless this is the newest

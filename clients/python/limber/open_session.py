@@ -72,6 +72,11 @@ class OpenSession:
         """State, sizes, model and newest result."""
         return self.connection.call("get_session", service.GetSessionRequest(session=self.reference)).status
 
+    def explain(self) -> "service.ExplainResponse":
+        """What was chosen for the session and why (`choices`), which error its newest result has and how that was found
+        (`errors`), and what would change it (`advice`)."""
+        return self.connection.call("explain", service.ExplainRequest(session=self.reference))
+
     def result_of(self, info: "service.ResultInfo") -> Any:
         """A result as sessions of this kind tell it."""
         return Result.from_message(info)

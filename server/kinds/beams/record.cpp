@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/kinds/beams/edit.h"
+#include "server/kinds/beams/explain.h"
 #include "server/kinds/beams/export.h"
 #include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scene.h"
@@ -27,6 +28,12 @@ proto::ExportResponse BeamRecord::export_part(const proto::ExportRequest& reques
 }
 
 bool BeamRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  if (request.has_explain()) {
+    proto::GetSessionResponse response;
+    add_scene({}, response);
+    *reply.mutable_explain() = explain_beams(status(), response.scene().beams());
+    return true;
+  }
   if (!request.has_get_beam_solution()) return false;
   *reply.mutable_get_beam_solution() = beam_solution(*this);
   return true;

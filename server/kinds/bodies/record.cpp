@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "server/kinds/bodies/explain.h"
 #include "server/kinds/bodies/export.h"
 #include "server/kinds/bodies/frames.h"
 #include "server/kinds/bodies/geometry.h"
@@ -119,6 +120,9 @@ bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
     case proto::Request::kGetMaterial:
       *reply.mutable_get_material() = material();
       return true;
+    case proto::Request::kExplain:
+      *reply.mutable_explain() = explanation();
+      return true;
     case proto::Request::kSolveCold:
       *reply.mutable_solve_cold() = solve_cold();
       return true;
@@ -135,6 +139,12 @@ proto::GetMaterialResponse BodyRecord::material() const {
   response.set_variables(encode_variables(session->material_variables()));
   *response.mutable_result() = encode_result(*result, opened_.length_unit);
   return response;
+}
+
+proto::ExplainResponse BodyRecord::explanation() const {
+  const auto session = this->session();
+  const auto columns = demand_result(false)->coordinates.rows();
+  return explain_body(status(), session->scene(), static_cast<int>(columns));
 }
 
 proto::SolveColdResponse BodyRecord::solve_cold() {

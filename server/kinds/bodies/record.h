@@ -38,7 +38,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   [[nodiscard]] proto::GetGeometryResponse geometry(
       const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
-  /// Fitted materials, cold solves.
+  /// Fitted materials, cold solves, explanations.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 
   /// An edit went through, or the scene was opened: how many constraints there are now.
@@ -57,6 +57,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   /// beyond its memory
   void demand_memory(std::size_t constraints, std::size_t keyframes) const;
   [[nodiscard]] proto::GetMaterialResponse material() const;
+  [[nodiscard]] proto::ExplainResponse explanation() const;
   [[nodiscard]] proto::SolveColdResponse solve_cold();
 
   const Opened opened_;

@@ -7,6 +7,7 @@
 #include "server/kinds/linkages/design.h"
 #include "server/kinds/linkages/design_requests.h"
 #include "server/kinds/linkages/edit.h"
+#include "server/kinds/linkages/explain.h"
 #include "server/kinds/linkages/export.h"
 #include "server/kinds/linkages/result.h"
 #include "server/kinds/linkages/scene.h"
@@ -91,6 +92,12 @@ proto::ExportResponse LinkageRecord::export_part(const proto::ExportRequest& req
 }
 
 bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  if (request.has_explain()) {
+    proto::GetSessionResponse response;
+    add_scene({}, response);
+    *reply.mutable_explain() = explain_linkage(status(), response.scene().linkage());
+    return true;
+  }
   return answer_design_request(*this, request, reply);
 }
 

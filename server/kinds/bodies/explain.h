@@ -1,0 +1,14 @@
+#pragma once
+
+#include "engine/scene/scene.h"
+#include "limber/v1/service.pb.h"
+
+namespace limber::server {
+
+/// What was chosen for a session of a body, and what its newest result is worth.
+/// @param status  with model and result, as the session is ready
+/// @param columns  of the basis that the result is shown in, h'
+[[nodiscard]] limber::v1::ExplainResponse explain_body(const limber::v1::SessionStatus& status,
+                                                       const scene::Scene& scene, int columns);
+
+}  // namespace limber::server

@@ -1,0 +1,85 @@
+"""Final results of bodies are of the full map; bases grow and are fetched by their hash; explanations of sessions."""
+
+import json
+
+import limber
+import numpy as np
+import pytest
+from conftest import tip_of
+from limber.messages import service
+
+
+def test_final_results_are_exact_and_others_are_not(session):
+    session.wait(until="checked")
+    with session.stream(timeout=30, snapshot=False) as stream:
+        revision = session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.6)).session.revision
+        read = []
+        while not read or read[-1].result.revision < revision or not read[-1].result.final:
+            read.append(next(stream))
+    assert read[-1].result.exact and not any(one.result.exact for one in read[:-1])
+    checked = session.wait(until="checked")
+    assert checked.motion_error.shape_error < 0.01, "shown by full reconstruction"
+    assert checked.motion_error.max_constraint_error == pytest.approx(checked.max_error, abs=1e-4), "both are of the body"
+
+
+def test_a_grown_basis_comes_as_its_new_columns(session):
+    session.wait()
+    before = session.geometry()
+    session.add(node=tip_of(session), frame=30, displacement=(0.3, 1.2, 0.9))
+    assert session.wait().exact
+    whole = session.connection.call("get_geometry", service.GetGeometryRequest(session=session.reference))
+    assert whole.basis_hash != before.basis_hash and whole.known_columns == 0
+    rest = session.connection.call("get_geometry", service.GetGeometryRequest(
+        session=session.reference, known_basis_hash=before.basis_hash))
+    columns = before.basis.shape[2]
+    assert rest.known_columns == columns and rest.basis.shape[2] == whole.basis.shape[2] - columns
+    grown = session.geometry()
+    np.testing.assert_array_equal(grown.basis[:, :, :columns], before.basis)
+    older = session.geometry(before.basis_hash)
+    np.testing.assert_array_equal(older.basis, before.basis)
+    with pytest.raises(limber.LimberError, match="no such basis"):
+        session.geometry("0123")
+
+
+def test_a_second_client_reads_frames_while_the_basis_grows(session):
+    """Each frame is decoded with its own basis."""
+    session.wait()
+    reader = limber.connect(session.connection.endpoint).session(session.reference)
+    tip = tip_of(session)
+    with reader.stream(timeout=30) as stream:
+        held = session.add(node=tip, frame=30, displacement=(0, 0, 0.6))
+        hashes = set()
+        for step in range(1, 6):
+            target = (0.1 * step, 0.4 * step, 0.6 - 0.2 * step)
+            held.move(target)
+            revision = session.wait().revision
+            for message in stream:
+                if message.result.revision >= revision and message.result.final:
+                    break
+            hashes.add(message.raw.basis_hash)
+            rest = np.asarray(session.geometry().rest)
+            miss = np.linalg.norm(message.positions[30, tip] - rest[tip] - target)
+            assert miss == pytest.approx(message.result.max_error, rel=1e-3, abs=1e-5), "in the frames a client gets"
+    assert len(hashes) > 1
+
+
+def test_explains_a_body(session):
+    session.wait(until="checked")
+    said = session.explain()
+    choices = {choice.name: choice for choice in said.choices}
+    model = session.status().model
+    assert choices["modes (r)"].number == model.modes
+    assert choices["cubature tets (T)"].number == model.cubature_size
+    assert all(choice.reason for choice in said.choices)
+    errors = {error.quantity: error for error in said.errors}
+    shapes = errors["shapes of the shown motion"]
+    assert shapes.value == session.status().result.motion_error.shape_error and "reconstructions" in shapes.method
+    assert said.advice
+
+
+def test_the_command_line_explains(cli, session):
+    session.wait(until="checked")
+    text = cli("explain", session.id).stdout
+    assert "modes (r): " in text and "cost: " in text and "Which error to expect" in text
+    parsed = json.loads(cli("--json", "explain", session.id).stdout)
+    assert {"choices", "errors", "advice"} <= parsed.keys()
