@@ -24,7 +24,8 @@ class PlainRecord final : public Record {
   [[nodiscard]] const char* kind() const override { return "plain"; }
   [[nodiscard]] const char* subject() const override { return "nothing"; }
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool) const override { return nullptr; }
-  [[nodiscard]] proto::GetGeometryResponse geometry(const proto::GetGeometryRequest&) const override {
+  [[nodiscard]] proto::GetGeometryResponse geometry(
+      const proto::GetGeometryRequest&) const override {
     return {};
   }
   [[nodiscard]] proto::EditResponse edit(const proto::EditRequest&) override { return {}; }
