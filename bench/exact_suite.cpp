@@ -5,7 +5,10 @@
 //
 // energy_reduced: of the optimum of the reduced model, by the reduced model. energy_shown: of the
 // same motion by the full map. energy_exact: after the exact step from there. energy_judge: of the
-// plainly written full-space solver from the same start.
+// plainly written full-space solver from the same start. shape_error_before: of the reduced model's
+// frames of the exact motion. Of a session with the same scene, whose last target is then moved by
+// a twentieth of the body's length: first_ms, final_ms from that edit to its first and its exact
+// result, shape_error_after of the latter's frames, and the columns of their basis.
 #include <fmt/core.h>
 
 #include <numbers>
@@ -16,6 +19,7 @@
 #include "engine/reduced/motion_error.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/session/bodies/problem_mapping.h"
+#include "engine/session/bodies/session.h"
 #include "tests/support/material_bodies.h"
 #include "tests/support/temporary_folder.h"
 
@@ -142,6 +146,7 @@ class ExactSuite {
         std::abs(exact_report.max_constraint_error - verdict.max_miss) / model->length;
     result["shape_error_before"] =
         shape_error(mapped.body, model, *reduced_kinematics, exact_solver.motion());
+    add_edit(scene, mapped.body, model->length / scene.length_unit_in_metres, result);
     recorder_.note(fmt::format("  energies {:.6g} {:.6g} {:.6g}, {:.3g} ms",
                                reduced_report.total_energy, exact_report.total_energy,
                                verdict.energy, median(times)));
@@ -164,7 +169,6 @@ class ExactSuite {
                             const Eigen::MatrixXd& motion) {
     reduced::FullShapes shapes(body, model);
     reduced::ShownFrames shown;
-    constexpr int kStride = 4;
     for (int i = 0; i < motion.cols(); i += kStride) shown.frames.push_back(i);
     shown.modal = motion(Eigen::all, shown.frames);
     Eigen::MatrixXf all;
@@ -172,6 +176,47 @@ class ExactSuite {
     shown.coordinates = all(Eigen::all, shown.frames);
     return reduced::motion_error(shapes, shown).shape_error;
   }
+
+  /// @param length  of the body [scene unit]
+  void add_edit(const scene::Scene& scene, const bodies::ElasticBody& body, double length,
+                Case& result) {
+    double first_ms = 0;
+    struct Listener final : session::BodyListener {
+      double* first_ms;
+      explicit Listener(double* first) : first_ms(first) {}
+      void on_state(session::State, const std::string&) override {}
+      void on_result(const std::shared_ptr<const session::BodyResult>& one) override {
+        if (*first_ms == 0) *first_ms = one->since_edit_ms;
+      }
+    };
+    const auto listener = std::make_shared<Listener>(&first_ms);
+    session::BodySession session(
+        "exact", scene, {}, cache_, [](const std::function<void()>& task) { task(); }, listener);
+    const auto constraint = session.constraints().back();
+    std::vector<double> first, final;
+    for (int i = 0; i < options_.repeats; ++i) {
+      const double away = (i % 2 == 0 ? 1.0 : 0.0) + 0.01 * i;  // no answer that is known already
+      first_ms = 0;
+      session.edit({session::MoveConstraint{
+          constraint.id, constraint.target + Eigen::Vector3d(0, 0, 0.05 * length * away)}});
+      first.push_back(first_ms);
+      final.push_back(session.final_result()->since_edit_ms);
+    }
+    const auto last = session.final_result();
+    result["first_ms"] = median(first);
+    result["final_ms"] = median(final);
+    result["final_is_exact"] = last->is_exact;
+    reduced::FullShapes shapes(body, session.model());
+    reduced::ShownFrames shown;
+    for (int i = 0; i < last->modal.cols(); i += kStride) shown.frames.push_back(i);
+    shown.modal = last->modal(Eigen::all, shown.frames);
+    shown.coordinates = last->coordinates(Eigen::all, shown.frames);
+    shown.basis = last->shown->basis;
+    result["shape_error_after"] = reduced::motion_error(shapes, shown).shape_error;
+    result["shown_columns"] = shown.coordinates.rows();
+  }
+
+  static constexpr int kStride = 4;  // frames whose shapes are compared
 
   const SuiteOptions& options_;
   Recorder& recorder_;

@@ -17,11 +17,15 @@ def test_a_final_result_is_followed_by_its_error(session):
         read = []
         while not read or read[-1].result.revision < edited or read[-1].result.motion_error is None:
             read.append(next(stream))
-    final, checked = read[-2:]
-    assert final.result.final and final.result.motion_error is None
-    assert (checked.result.revision, checked.result.sequence) == (final.result.revision, final.result.sequence + 1)
-    assert checked.result.since_edit_ms == final.result.since_edit_ms and checked.result.energy == final.result.energy
-    np.testing.assert_array_equal(checked.positions, final.positions)
+    checked = read[-1]
+    assert checked.result.final
+    final = [one for one in read if one.result.final and one.result.motion_error is None and one.result.revision == edited]
+    # Where the check was quicker than the stream, the amendment came in place of the final result.
+    assert len(final) == 1 or checked.missed > 0 or read[-2].result.sequence == checked.result.sequence - 2
+    for one in final:
+        assert (checked.result.revision, checked.result.sequence) == (one.result.revision, one.result.sequence + 1)
+        assert checked.result.since_edit_ms == one.result.since_edit_ms and checked.result.energy == one.result.energy
+        np.testing.assert_array_equal(checked.positions, one.positions)
     error = checked.result.motion_error
     assert 0 < error.shape_error <= error.worst_frame_error < 1 and error.inverted_tets == 0
     assert error.frames == 17, "16 spread over 60 frames, and the constrained one, which is not among them"
@@ -53,7 +57,8 @@ def test_targets_beyond_reach_are_reported(session, cli):
     for frame, target in ((15, (0, 0, 30)), (30, (0, 12, -30)), (45, (10, -20, 0))):
         session.add(node=tip, frame=frame, displacement=target)
     result = session.wait(until="checked")
-    assert result.motion_error.inverted_tets > 0 and not result.motion_error.within_tolerance
+    # The mean over the motion may be within the tolerance, the worst frame is not.
+    assert result.motion_error.inverted_tets > 0 and result.motion_error.worst_frame_error > 0.05
     for words in ("inverted in frame", "far outside of what the model was trained for", "Move targets nearer"):
         assert words in result.message
     printed = cli("wait", session.id, "--until", "checked")
