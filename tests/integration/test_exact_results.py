@@ -16,7 +16,8 @@ def test_final_results_are_exact_and_others_are_not(session):
         read = []
         while not read or read[-1].result.revision < revision or not read[-1].result.final:
             read.append(next(stream))
-    assert read[-1].result.exact and not any(one.result.exact for one in read[:-1])
+    assert read[-1].result.exact
+    assert all(one.result.exact == one.result.final for one in read), [(one.result.revision, one.result.sequence) for one in read]
     checked = session.wait(until="checked")
     assert checked.motion_error.shape_error < 0.01, "shown by full reconstruction"
     assert checked.motion_error.max_constraint_error == pytest.approx(checked.max_error, abs=1e-4), "both are of the body"
