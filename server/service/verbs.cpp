@@ -125,6 +125,8 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kLasting, &S::ask_kinds};
     case Request::kGetBeamSolution:
       return {kHeavy, kNone, &S::ask_session, "solution of beams"};
+    case Request::kExplain:
+      return {kHeavy, kNone, &S::ask_session, "explanation"};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:
