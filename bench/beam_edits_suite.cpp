@@ -1,7 +1,5 @@
 // Random edits of beam structures in a live session, and a large grid under its own weight.
 
-#include <sys/resource.h>
-
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "bench/suite.h"
+#include "bench/user_seconds.h"
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/session/beams/document.h"
@@ -27,14 +26,6 @@ using Conditions = std::shared_ptr<const BeamConditions>;
 
 // Nobody waits longer for an edit; the case says "cancelled".
 constexpr std::chrono::seconds kPatience{150};
-
-/// User CPU time of the process [s]: other processes on the machine do not change it much.
-double user_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec) +
-         1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
-}
 
 /// Cancels a job that takes too long.
 class Deadline {

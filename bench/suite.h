@@ -55,6 +55,7 @@ void rods_suite(const SuiteOptions& options, Recorder& recorder);
 void beams_suite(const SuiteOptions& options, Recorder& recorder);
 void exact_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
+void beam_errors_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come

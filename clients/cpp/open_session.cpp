@@ -68,6 +68,13 @@ v1::ResultInfo OpenSession::wait(const WaitOptions& options) {
   return wait_for_result(*client_, std::move(wanted), options.timeout, options.progress);
 }
 
+v1::ResultInfo OpenSession::wait_checked(Milliseconds timeout) {
+  WaitOptions options;
+  options.until = v1::WaitRequest::UNTIL_CHECKED;
+  options.timeout = timeout;
+  return wait(options);
+}
+
 v1::CancelResponse OpenSession::cancel() { return client_->call(request<v1::CancelRequest>()); }
 
 v1::CloseSessionResponse OpenSession::close(std::optional<Milliseconds> timeout) {

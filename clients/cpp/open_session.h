@@ -75,6 +75,9 @@ class OpenSession {
   /// Unreachable within 8 s of when the server falls silent
   v1::ResultInfo wait(Milliseconds timeout = Milliseconds{60000});
   v1::ResultInfo wait(const WaitOptions& options);
+  /// The final result with its motion_error (of a body) or discretisation_error (of beams), which
+  /// is there a moment after the result itself. @throws ClientError TIMEOUT
+  v1::ResultInfo wait_checked(Milliseconds timeout = Milliseconds{60000});
 
   /// Stops a running build or solve.
   v1::CancelResponse cancel();

@@ -19,6 +19,7 @@ class BeamKind final : public Kind {
     return fmt::format("{} elements, {} nodes", status.beam_elements(), status.beam_nodes());
   }
   [[nodiscard]] std::string describe(const v1::ResultInfo& result) const override;
+  [[nodiscard]] std::string remark(const v1::ResultInfo& result) const override;
   [[nodiscard]] std::string energy_unit() const override { return "J"; }
   [[nodiscard]] bool has_energy_of_iterates() const override { return false; }
 
@@ -51,10 +52,19 @@ std::string BeamKind::describe(const v1::ResultInfo& result) const {
       result.converged() ? ", final" : "", beams.load_steps(), beams.newton_iterations(),
       beams.relaxation_steps(), result.total_energy(), energies.stretching(), energies.torsion(),
       energies.bending_2() + energies.bending_3(), utilisation, result.since_edit_ms());
+  if (result.has_discretisation_error())
+    text +=
+        fmt::format("discretisation    {}\n", discretisation_words(result.discretisation_error()));
   for (const auto& snap : beams.snaps())
     text += fmt::format("snap              {}\n", snap_words(snap));
   if (!result.message().empty()) text += result.message() + "\n";
   return text;
+}
+
+std::string BeamKind::remark(const v1::ResultInfo& result) const {
+  const auto& error = result.discretisation_error();
+  if (error.compared_elements() == 0) return "";
+  return fmt::format(", off by {:.2g} % of the size", 100 * error.position_error());
 }
 
 }  // namespace

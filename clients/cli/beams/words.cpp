@@ -15,4 +15,15 @@ std::string snap_words(const v1::BeamSnap& snap) {
                      snap.node(), snap.turn());
 }
 
+std::string discretisation_words(const v1::DiscretisationError& error) {
+  if (error.compared_elements() == 0) return "not known: " + error.message();
+  const std::string tolerance =
+      error.tolerance() > 0 ? fmt::format("; tolerance {:.2g} %", 100 * error.tolerance()) : "";
+  return fmt::format(
+      "positions off by {:.2g} % of the size ({:.3g} m at node {}{}), energy by {:.2g} %; {} "
+      "elements against {}",
+      100 * error.position_error(), error.max_distance(), error.worst_node(), tolerance,
+      100 * error.energy_error(), error.elements(), error.compared_elements());
+}
+
 }  // namespace limber::cli::beams

@@ -12,5 +12,7 @@ namespace v1 = limber::v1;
 [[nodiscard]] std::string inertia_words(unsigned negative_eigenvalues);
 /// "at 0.410 of the path: node 3 turns by 0.8 rad"
 [[nodiscard]] std::string snap_words(const v1::BeamSnap& snap);
+/// "0.12 % of the size" and what else an estimate says, on one line.
+[[nodiscard]] std::string discretisation_words(const v1::DiscretisationError& error);
 
 }  // namespace limber::cli::beams

@@ -119,13 +119,6 @@ v1::GetMaterialResponse BodySession::material() {
   return client().call(request<v1::GetMaterialRequest>());
 }
 
-v1::ResultInfo BodySession::wait_checked(Milliseconds timeout) {
-  WaitOptions options;
-  options.until = v1::WaitRequest::UNTIL_CHECKED;
-  options.timeout = timeout;
-  return wait(options);
-}
-
 Positions BodySession::positions() {
   const v1::Frames newest = frames();
   if (!geometry_ || geometry_->basis_hash() != newest.basis_hash())

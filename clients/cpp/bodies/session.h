@@ -74,9 +74,6 @@ class BodySession : public OpenSession {
   /// That of the newest result in SI units.
   [[nodiscard]] v1::GetMaterialResponse material();
 
-  /// The final result of the newest revision made or seen here with its motion_error, which is
-  /// there a moment after the result itself. @throws ClientError TIMEOUT
-  v1::ResultInfo wait_checked(Milliseconds timeout = Milliseconds{60000});
   /// Positions of all frames of the newest result.
   [[nodiscard]] Positions positions();
   /// Solves the problem again from the base motion; the better of the two motions stays.

@@ -45,6 +45,28 @@ class MotionError:
 
 
 @dataclass(frozen=True)
+class DiscretisationError:
+    """What the elements of a structure are worth for one shape: its equilibrium against the limit of ever finer ones."""
+
+    position_error: float     # largest distance of a node or joint from its place in the limit, over the structure's size
+    max_distance: float       # the same [m]
+    worst_node: int           # which one that is
+    energy_error: float       # of the elastic energy, relative
+    elements: int             # of the shown shape
+    compared_elements: int    # of the finest one it was compared with; 0: there is no estimate, message says why
+    tolerance: float          # for position_error: the scene's; 0: none was asked for
+    within_tolerance: bool
+    check_ms: float           # that it took, on the server
+    message: str = ""         # why there is no estimate, or what makes it uncertain
+
+    @staticmethod
+    def from_message(error: "service.DiscretisationError") -> "DiscretisationError":
+        return DiscretisationError(error.position_error, error.max_distance, error.worst_node, error.energy_error,
+                                   error.elements, error.compared_elements, error.tolerance, error.within_tolerance,
+                                   error.check_ms, error.message)
+
+
+@dataclass(frozen=True)
 class Result:
     """One published solution of a session. Energies are unitless (body lengths, frames)."""
 
@@ -75,6 +97,7 @@ class Result:
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]
     exact: bool = False  # of a body: energies, errors and frames are those of the full map, not of the reduced model
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
+    discretisation_error: DiscretisationError | None = None  # the same of beams
 
     @property
     def converged(self) -> bool:
@@ -93,7 +116,9 @@ class Result:
                       info.high_frequency_share if info.HasField("high_frequency_share") else None,
                       max_velocity_error=info.max_velocity_error,
                       max_exact_velocity_error=info.max_exact_velocity_error, exact=info.exact,
-                      motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None)
+                      motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None,
+                      discretisation_error=(DiscretisationError.from_message(info.discretisation_error)
+                                            if info.HasField("discretisation_error") else None))
 
 
 def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:

@@ -1,5 +1,7 @@
 #include "engine/beams/model/beam_model.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <unordered_map>
@@ -70,6 +72,22 @@ std::vector<char> used_nodes(const BeamModel& model) {
   for (const BeamElement& e : model.elements)
     used[static_cast<std::size_t>(e.start)] = used[static_cast<std::size_t>(e.finish)] = 1;
   return used;
+}
+
+std::string element_name(const BeamModel& model, int element) {
+  if (model.element_parts.empty()) return fmt::format("element {}", element);
+  const ElementPart& part = model.element_parts[static_cast<std::size_t>(element)];
+  if (part.parts == 1) return fmt::format("element {}", part.element);
+  return fmt::format("element {}, part {} of {}", part.element, part.part + 1, part.parts);
+}
+
+std::string node_name(const BeamModel& model, int node) {
+  for (std::size_t e = 0; e < model.element_parts.size(); ++e) {
+    const ElementPart& part = model.element_parts[e];
+    if (model.elements[e].finish == node && part.part + 1 < part.parts)
+      return fmt::format("a point inside of element {}", part.element);
+  }
+  return fmt::format("node {}", node);
 }
 
 double drawn_length(const BeamModel& model, int element) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/beams/model/section.h"
@@ -111,6 +112,13 @@ struct DistributedLoad {
 /// paper, stiff under pressure and of second order.
 enum class Bowing { kCounts, kLeftOut };
 
+/// Of a model whose elements were cut: what an element of it is a part of.
+struct ElementPart {
+  int element = 0;
+  int part = 0;   // from 0, from the element's start
+  int parts = 1;  // that the element has
+};
+
 struct BeamModel {
   std::vector<BeamNode> nodes;
   std::vector<BeamSection> sections;
@@ -124,6 +132,9 @@ struct BeamModel {
   /// which a plane structure buckles.
   std::vector<NodalLoad> temporary_loads;
   Bowing bowing = Bowing::kCounts;
+  /// Per element, or empty where nothing was cut. Messages call elements and nodes by what people
+  /// know: see element_name.
+  std::vector<ElementPart> element_parts;
 };
 
 /// @throws Error naming the member, e.g. "elements[3].finish":
@@ -145,6 +156,11 @@ void give_motions_precedence(BeamModel& model);
 /// Of each node 1 where an element uses it, else 0; a model without elements uses all of them.
 /// @pre nodes of elements exist
 [[nodiscard]] std::vector<char> used_nodes(const BeamModel& model);
+
+/// "element 7", or "element 7, part 2 of 4" of a model that was cut.
+[[nodiscard]] std::string element_name(const BeamModel& model, int element);
+/// "node 7", or "a point inside of element 7" between its parts.
+[[nodiscard]] std::string node_name(const BeamModel& model, int node);
 
 /// Length between the nodes as drawn.
 [[nodiscard]] double drawn_length(const BeamModel& model, int element);

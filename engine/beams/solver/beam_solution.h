@@ -114,6 +114,9 @@ struct BeamReport {
   /// In order; what Newton's method saw where it followed the branch.
   std::vector<BeamSnap> snaps;
 
+  /// Balanced, but by elements too long for what they do: shorter ones would tell.
+  bool is_unresolved = false;
+
   [[nodiscard]] bool converged() const { return status == BeamStatus::kConverged; }
 };
 

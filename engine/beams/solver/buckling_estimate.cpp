@@ -81,13 +81,14 @@ bool has_own_explanation(const BeamReport& report) {
          report.status == BeamStatus::kMechanism || report.status == BeamStatus::kCancelled;
 }
 
-std::string advice_for(const BucklingEstimate& estimate) {
+std::string advice_for(const BeamModel& model, const BucklingEstimate& estimate) {
   if (estimate.element >= 0 && estimate.compression > kMaxResolvedCompression) {
     const double pieces = std::ceil(std::sqrt(estimate.compression / kMaxResolvedCompression));
     return fmt::format(
-        "element {} has a compression of {:.3g} EI/L^2 there, and up to {} is resolved: divide it "
+        "{} has a compression of {:.3g} EI/L^2 there, and up to {} is resolved: divide it "
         "into {:.0f} elements, and others like it",
-        estimate.element, estimate.compression, kMaxResolvedCompression, pieces);
+        element_name(model, estimate.element), estimate.compression, kMaxResolvedCompression,
+        pieces);
   }
   return "use more elements, apply the loads in smaller steps, or use dynamic relaxation with a "
          "small temporary load across the members";
@@ -124,8 +125,9 @@ void explain_failure(const BeamStructure& structure, const BeamState& start, con
   const int node = Balance(structure).node_of(estimate->unknown);
   report.message += fmt::format(
       "; the structure as drawn buckles at {:.3g} % of the loads (linear estimate{}); {}",
-      100 * estimate->load_share, node < 0 ? "" : fmt::format(", node {} moves most", node),
-      advice_for(*estimate));
+      100 * estimate->load_share,
+      node < 0 ? "" : fmt::format(", {} moves most", node_name(structure.model(), node)),
+      advice_for(structure.model(), *estimate));
 }
 
 }  // namespace limber::beams::detail

@@ -63,11 +63,12 @@ void certify_following(const BeamStructure& structure, const JobContext& context
 std::string location_text(const BeamStructure& structure, int unknown) {
   if (unknown < 0) return "nowhere";
   if (unknown < 6 * structure.nodes())
-    return fmt::format("node {} {}", unknown / 6, unknown % 6 < 3 ? "moves" : "turns");
+    return fmt::format("{} {}", node_name(structure.model(), unknown / 6),
+                       unknown % 6 < 3 ? "moves" : "turns");
   for (const ReleasedEnd& r : structure.released_ends()) {
     if (unknown >= r.unknown && unknown < r.unknown + r.axes)
-      return fmt::format("the {} of element {} turns",
-                         r.end == ElementEnd::kStart ? "start" : "finish", r.element);
+      return fmt::format("the {} of {} turns", r.end == ElementEnd::kStart ? "start" : "finish",
+                         element_name(structure.model(), r.element));
   }
   return "nowhere";
 }

@@ -299,6 +299,7 @@ BeamSolution solve(const Attempt& attempt) {
             fmt::format("balanced{}, but {}", solution.report.equilibrium_share ? " at 100 %" : "",
                         uncertain->message);
         solution.report.negative_eigenvalues.reset();  // elements so few cannot tell
+        solution.report.is_unresolved = true;
       } else {
         solution.report.message += "; " + uncertain->message;
       }

@@ -132,9 +132,11 @@ class Follower {
     report_.factorizations = newton_.factorizations();
     if (report_.converged() || *report_.equilibrium_share >= s_) return;
     if (const auto uncertain = find_uncertain_element(structure_, state_);
-        uncertain && uncertain->hopeless)
+        uncertain && uncertain->hopeless) {
+      report_.is_unresolved = true;
       report_.message += fmt::format("; above {:.3g} % elements do not resolve it: {}",
                                      100 * *report_.equilibrium_share, uncertain->message);
+    }
   }
 
  private:
@@ -345,11 +347,12 @@ class Follower {
   /// What is turned further would let a turn slip through, and balance with less torque.
   bool end_twisted(const ElementTwist& twist) {
     report_.status = BeamStatus::kUnstable;
+    report_.is_unresolved = true;
     report_.node = structure_.model().elements[static_cast<std::size_t>(twist.element)].start;
     report_.message = fmt::format(
-        "element {} is twisted by {:.2f} rad between its ends at load factor {:.3g}, where a turn "
+        "{} is twisted by {:.2f} rad between its ends at load factor {:.3g}, where a turn "
         "may slip through it: take shorter elements",
-        twist.element, twist.angle, s_);
+        element_name(structure_.model(), twist.element), twist.angle, s_);
     return false;
   }
 

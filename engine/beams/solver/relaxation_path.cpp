@@ -31,7 +31,8 @@ class Run {
  public:
   Run(const BeamStructure& structure, const LoadPath& path, const BeamSolveOptions& options,
       const JobContext& context, const BeamObserver& observer, BeamState& state, BeamReport& report)
-      : path_(path),
+      : model_(structure.model()),
+        path_(path),
         options_(options),
         context_(context),
         observer_(observer),
@@ -124,8 +125,9 @@ class Run {
     twist_->look(relaxation_.state());
     const std::optional<int> element = twist_->slipped();
     if (!element) return false;
-    finish(BeamStatus::kUnstable,
-           fmt::format("a turn slipped through element {}: take shorter elements", *element));
+    report_.is_unresolved = true;
+    finish(BeamStatus::kUnstable, fmt::format("a turn slipped through {}: take shorter elements",
+                                              element_name(model_, *element)));
     return true;
   }
 
@@ -158,6 +160,7 @@ class Run {
     keep_state();
   }
 
+  const BeamModel& model_;
   const LoadPath& path_;
   const BeamSolveOptions& options_;
   const JobContext& context_;

@@ -72,25 +72,25 @@ Uncertainty of_twist(const BeamStructure& structure, const ElementTwist& twist) 
   return {off / kVisiblyOff, hopeless, twist.element, Uncertainty::Of::kTwist, twist.angle, off};
 }
 
-std::string describe(const Uncertainty& worry) {
+std::string describe(const BeamModel& model, const Uncertainty& worry) {
   switch (worry.of) {
     case Uncertainty::Of::kPressure:
       return fmt::format(
-          "element {} is pressed with {:.3g} times the force at which it buckles by itself: take "
+          "{} is pressed with {:.3g} times the force at which it buckles by itself: take "
           "shorter elements, or a load that chooses a side",
-          worry.element, worry.measure);
+          element_name(model, worry.element), worry.measure);
     case Uncertainty::Of::kBend:
       return fmt::format(
-          "element {} has folded: an end has turned by {:.2f} rad against its chord; take shorter "
+          "{} has folded: an end has turned by {:.2f} rad against its chord; take shorter "
           "elements",
-          worry.element, worry.measure);
+          element_name(model, worry.element), worry.measure);
     case Uncertainty::Of::kTwist:
       break;
   }
   return fmt::format(
-      "element {} is twisted by {:.2f} rad between its ends, its torque {:.1f} % off: take shorter "
+      "{} is twisted by {:.2f} rad between its ends, its torque {:.1f} % off: take shorter "
       "elements",
-      worry.element, worry.measure, 100 * worry.off);
+      element_name(model, worry.element), worry.measure, 100 * worry.off);
 }
 
 }  // namespace
@@ -111,7 +111,7 @@ std::optional<UncertainElement> find_uncertain_element(const BeamStructure& stru
   if (const ElementTwist twist = most_twisted(structure, state); twist.element >= 0)
     weigh(of_twist(structure, twist));
   if (worst.element < 0) return {};
-  return UncertainElement{worst.element, worst.hopeless, describe(worst)};
+  return UncertainElement{worst.element, worst.hopeless, describe(structure.model(), worst)};
 }
 
 }  // namespace limber::beams::detail

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <set>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/beams/refinement/member_results.h"
+#include "engine/beams/structure/node_loads.h"
 #include "engine/session/beams/shape_cache.h"
 
 namespace limber::session {
@@ -15,10 +18,32 @@ namespace {
 using beams::BeamStatus;
 
 constexpr int kMaxFrames = 128;               // of one path
+constexpr int kMaxDoubledParts = 2;           // times, where elements do not resolve an edit
 constexpr double kMinReportedShare = 0.0005;  // less is reported as 0 %
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
+
+beams::Subdivision first_cut(const beams::BeamModel& model,
+                             const beams::BeamDiscretisation& discretisation) {
+  validate(model);
+  discretisation.validate();
+  return discretisation.first(model);
+}
+
+/// The path to an equilibrium, with the equilibrium as it is after a refinement.
+beams::BeamReport continued_report(const beams::BeamReport& path,
+                                   const beams::BeamReport& refined) {
+  beams::BeamReport report = path;
+  report.newton_iterations += refined.newton_iterations;
+  report.factorizations += refined.factorizations;
+  report.relaxation_steps += refined.relaxation_steps;
+  report.residual = refined.residual;
+  report.elastic_energy = refined.elastic_energy;
+  report.negative_eigenvalues = refined.negative_eigenvalues;
+  report.message = refined.message;
+  return report;
+}
 
 }  // namespace
 
@@ -32,17 +57,43 @@ Eigen::VectorXf beam_coordinates(const beams::BeamState& state) {
   return coordinates;
 }
 
-LiveBeams::LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape)
-    : model_(std::move(model)), state_(beams::BeamStructure(model_).rest_state()) {
-  good_.state = state_;
+LiveBeams::LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape,
+                     beams::BeamDiscretisation discretisation)
+    : model_(std::move(model)),
+      discretisation_(discretisation),
+      cut_(first_cut(model_, discretisation_)),
+      state_(beams::BeamStructure(cut_model(model_, cut_)).rest_state()),
+      good_{nullptr, cut_, state_, {}, nullptr} {
   if (!shape) return;
-  if (shape->nodes() != state_.nodes() || shape->rotations.size() != state_.rotations.size() ||
-      shape->hinge_turns.size() != state_.hinge_turns.size())
+  const beams::BeamStructure structure(model_);
+  if (shape->nodes() != structure.nodes() ||
+      shape->rotations.size() != static_cast<std::size_t>(structure.nodes()) ||
+      shape->hinge_turns.size() != structure.released_ends().size())
     throw Error(ErrorCode::kInvalidArgument, "shape", "shape is of another structure");
-  state_ = std::move(*shape);
+  const beams::Subdivision whole = beams::Subdivision::even(model_, 1);
+  state_ = whole == cut_ ? std::move(*shape) : carry_state(structure, whole, *shape, cut_);
   turned_ = turns_at(conditions_of(model_), 1);
   is_drawn_ = false;
-  given_ = Place{nullptr, state_, turned_, nullptr};
+  given_ = Place{nullptr, cut_, state_, turned_, nullptr};
+}
+
+beams::BeamState LiveBeams::shown(const beams::BeamState& state) const {
+  return without_parts(state, static_cast<int>(model_.nodes.size()));
+}
+
+void LiveBeams::set_cut(const beams::Subdivision& cut) {
+  if (cut == cut_) return;
+  state_ = is_drawn_
+               ? beams::BeamStructure(cut_model(model_, cut)).rest_state()
+               : carry_state(beams::BeamStructure(cut_model(model_, cut_)), cut_, state_, cut);
+  cut_ = cut;
+}
+
+void LiveBeams::name_nodes(beams::BeamReport& report) const {
+  if (report.node >= 0) report.node = cut_.nearest_node(report.node);
+  for (beams::BeamSnap& snap : report.snaps) {
+    if (snap.node >= 0) snap.node = cut_.nearest_node(snap.node);
+  }
 }
 
 /// What the held nodes have turned by, a share of the path from where they were to what conditions
@@ -75,6 +126,7 @@ LiveBeams::Turns LiveBeams::turns_at(const BeamConditions& conditions, double sh
 bool LiveBeams::begin_at(const SharedConditions& conditions) {
   for (const Place& place : known_) {
     if (place.conditions != conditions) continue;
+    cut_ = place.cut;
     state_ = place.state;
     turned_ = place.turned;
     is_drawn_ = false;
@@ -85,6 +137,7 @@ bool LiveBeams::begin_at(const SharedConditions& conditions) {
 
 void LiveBeams::restore() {
   const Place& place = given_ ? *given_ : good_;
+  cut_ = place.cut;
   state_ = place.state;
   turned_ = place.turned;
   is_drawn_ = !given_ && good_.conditions == nullptr;
@@ -95,15 +148,27 @@ void LiveBeams::keep(const SharedConditions& conditions, beams::BeamStructure&& 
   turned_ = turns_at(*conditions, 1);
   is_drawn_ = false;
   state_ = solution.state;
-  beams::BeamResults results = results_of(structure, state_);
-  good_ = {conditions, state_, turned_,
+  beams::BeamResults results = member_results(results_of(structure, state_), cut_);
+  if (!cut_.is_whole()) {
+    structure = beams::BeamStructure(with_conditions(model_, *conditions));
+    solution.state = shown(state_);
+  }
+  good_ = {conditions, cut_, state_, turned_,
            std::make_shared<const BeamAnalysis>(
                BeamAnalysis{std::move(structure), std::move(solution), std::move(results), {}})};
+  estimate_.reset();
+  next_cut_.reset();
   std::erase_if(known_, [&](const Place& place) { return place.conditions == conditions; });
   known_.push_back(good_);
   known_.back().analysis.reset();
-  const std::size_t each = kBytesPerElement * std::max<std::size_t>(1, model_.elements.size());
-  while (known_.size() > 1 && known_.size() * each > kKnownBytes) known_.pop_front();
+  std::size_t bytes = 0;
+  for (const Place& place : known_)
+    bytes += kBytesPerElement * static_cast<std::size_t>(std::max(1, place.cut.elements()));
+  while (known_.size() > 1 && bytes > kKnownBytes) {
+    bytes -=
+        kBytesPerElement * static_cast<std::size_t>(std::max(1, known_.front().cut.elements()));
+    known_.pop_front();
+  }
 }
 
 /// Load steps are states that the next solve may continue from; what a relaxation was doing is not.
@@ -127,15 +192,33 @@ beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure,
 
 LiveBeams::Outcome LiveBeams::solve_as_drawn(const SharedConditions& conditions,
                                              const JobContext& job, const OnIterate& on_iterate) {
+  const beams::Subdivision cut = cut_;
   given_.reset();
   restore();
-  Outcome outcome = solve(conditions, job, on_iterate);
+  set_cut(cut);
+  Outcome outcome = solve_once(conditions, job, on_iterate);
   outcome.report.message += "; from the structure as drawn: its given shape led nowhere";
   return outcome;
 }
 
 LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const JobContext& job,
                                     const OnIterate& on_iterate) {
+  if (next_cut_) set_cut(*std::exchange(next_cut_, std::nullopt));
+  beams::Subdivision tried = cut_;
+  Outcome outcome = solve_once(conditions, job, on_iterate);
+  for (int doubled = 0; doubled < kMaxDoubledParts; ++doubled) {
+    if (outcome.reached || !outcome.report.is_unresolved || !discretisation_.is_chosen()) break;
+    tried = tried.halved(model_);
+    if (tried.elements() > discretisation_.max_elements) break;
+    set_cut(tried);
+    Outcome finer = solve_once(conditions, job, on_iterate);
+    if (finer.reached || finer.report.status == BeamStatus::kCancelled) return finer;
+  }
+  return outcome;
+}
+
+LiveBeams::Outcome LiveBeams::solve_once(const SharedConditions& conditions, const JobContext& job,
+                                         const OnIterate& on_iterate) {
   beams::BeamModel model = with_conditions(model_, *conditions);
   const bool is_given = given_.has_value();
   const bool was_solved = begin_at(conditions);
@@ -145,11 +228,12 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
     model.temporary_loads.insert(model.temporary_loads.end(), model_.temporary_loads.begin(),
                                  model_.temporary_loads.end());
   }
-  beams::BeamStructure structure(std::move(model));
+  beams::BeamStructure structure(cut_model(model, cut_));
   ShapeCache<Eigen::VectorXf> keeper(kMaxFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
-    keeper.keep([&] { return beam_coordinates(*progress.state); });
-    on_iterate(*progress.state);
+    const beams::BeamState reached = shown(*progress.state);
+    keeper.keep([&] { return beam_coordinates(reached); });
+    on_iterate(reached);
   };
   beams::BeamSolution solution;
   try {
@@ -165,13 +249,14 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
     if (!solution.report.converged()) return solve_as_drawn(conditions, job, on_iterate);
     given_.reset();
   }
+  name_nodes(solution.report);
   Outcome outcome;
   outcome.report = solution.report;
   outcome.reached = solution.report.converged();
   if (outcome.reached) {
     keep(conditions, std::move(structure), std::move(solution));
     outcome.frames = keeper.take();
-    const Eigen::VectorXf last = beam_coordinates(state_);
+    const Eigen::VectorXf last = beam_coordinates(shown(state_));
     if (outcome.frames.empty() || outcome.frames.back() != last) outcome.frames.push_back(last);
   } else if (solution.report.status == BeamStatus::kCancelled) {
     keep_path_state(*conditions, solution);
@@ -188,6 +273,50 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
     restore();
   }
   return outcome;
+}
+
+std::shared_ptr<const DiscretisationCheck> LiveBeams::check(const JobContext& job) {
+  LIMBER_DEMAND(good_.analysis != nullptr);
+  const auto begin = std::chrono::steady_clock::now();
+  estimate_ = estimate_discretisation(with_conditions(model_, *good_.conditions),
+                                      {good_.cut, good_.state}, discretisation_.max_elements, job);
+  auto check = std::make_shared<DiscretisationCheck>();
+  check->error = estimate_->error;
+  check->tolerance = discretisation_.tolerance;
+  if (discretisation_.is_chosen() && check->error.is_known)
+    next_cut_ = coarsened_where_possible(model_, good_.cut, estimate_->indicators,
+                                         check->error.position_error, *discretisation_.tolerance);
+  check->check_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return check;
+}
+
+bool LiveBeams::refine(const JobContext& job) {
+  if (!estimate_ || !estimate_->finest) return false;
+  const std::optional<beams::Subdivision> chosen =
+      refined_where_needed(model_, good_.cut, estimate_->indicators, discretisation_.max_elements);
+  if (!chosen) return false;
+  const beams::CutEquilibrium finest = *estimate_->finest;
+  beams::BeamModel model = with_conditions(model_, *good_.conditions);
+  model.temporary_loads.clear();
+  const beams::BeamStructure fine(cut_model(model, finest.subdivision));
+  // The finest one is an equilibrium; between that and the last one the chosen one should have one.
+  for (const beams::Subdivision& cut : {*chosen, finest.subdivision}) {
+    beams::BeamStructure structure(cut_model(model, cut));
+    beams::BeamSolveOptions options;
+    if (cut == *chosen && !beams::NodeLoads::of(model).follows())
+      options.method = beams::BeamMethod::kNewton;  // a relaxation would go somewhere else, slowly
+    beams::BeamSolution solution = find_equilibrium_from(
+        structure, carry_state(fine, finest.subdivision, finest.state, cut), options, job);
+    job.throw_if_cancelled();
+    if (!solution.report.converged()) continue;
+    solution.report = continued_report(good_.analysis->solution.report, solution.report);
+    const SharedConditions conditions = good_.conditions;
+    cut_ = cut;
+    keep(conditions, std::move(structure), std::move(solution));
+    return true;
+  }
+  return false;
 }
 
 }  // namespace limber::session

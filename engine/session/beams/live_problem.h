@@ -8,9 +8,11 @@
 #include <vector>
 
 #include "engine/base/job.h"
+#include "engine/beams/refinement/subdivision_choice.h"
 #include "engine/beams/solver/equilibrium.h"
 #include "engine/session/beams/analysis.h"
 #include "engine/session/beams/conditions.h"
+#include "engine/session/beams/discretisation_check.h"
 
 namespace limber::session {
 
@@ -20,15 +22,19 @@ namespace limber::session {
 
 /// A structure of beams that is kept in equilibrium: what the task of a session works with. Driven
 /// by one thread.
+///
+/// Elements may be cut into parts (BeamDiscretisation): shapes, answers and nodes of reports are of
+/// the structure as it came.
 class LiveBeams {
  public:
   /// @param shape  where the first solve begins; none: as drawn
-  /// @throws Error as beams::validate; {kInvalidArgument, "shape"} for a shape of other numbers of
-  /// nodes or hinged ends
-  explicit LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape = {});
+  /// @throws Error as beams::validate and BeamDiscretisation::validate; {kInvalidArgument, "shape"}
+  /// for a shape of other numbers of nodes or hinged ends
+  explicit LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape = {},
+                     beams::BeamDiscretisation discretisation = {});
 
   /// The shape now: the last equilibrium, or within a solve what was reached of the next.
-  [[nodiscard]] const beams::BeamState& state() const { return state_; }
+  [[nodiscard]] beams::BeamState state() const { return shown(state_); }
   /// Of the last equilibrium; null before the first.
   [[nodiscard]] const std::shared_ptr<const BeamAnalysis>& analysis() const {
     return good_.analysis;
@@ -51,9 +57,19 @@ class LiveBeams {
   /// nothing. Where none is reached, the shape is the last one there was; cancelled, what was
   /// reached of the path. Conditions that were solved before, the very same object as undo brings
   /// them back, begin from the shape they had then. A shape to begin from that was not solved to
-  /// its end, cancelled or interrupted, is still there to begin from.
+  /// its end, cancelled or interrupted, is still there to begin from. Where a tolerance chooses the
+  /// parts, what elements are too long for is tried again with shorter ones.
   Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
+  /// What the discretisation of the last equilibrium is worth. Where a tolerance chooses the parts
+  /// and fewer do, the next solve begins with these.
+  /// @pre there is one
+  /// @throws Error{kCancelled}
+  [[nodiscard]] std::shared_ptr<const DiscretisationCheck> check(const JobContext& job);
+  /// The same equilibrium with more parts where the last check found that the error comes from.
+  /// @returns whether there is one now; the limits of the discretisation may allow none
+  /// @throws Error{kCancelled}
+  bool refine(const JobContext& job);
   /// Back to the last equilibrium, or to where it began.
   void restore();
 
@@ -62,7 +78,8 @@ class LiveBeams {
   using Turns = std::vector<beams::HeldTurn>;
   struct Place {
     SharedConditions conditions;  // null: as drawn
-    beams::BeamState state;
+    beams::Subdivision cut;
+    beams::BeamState state;  // of the cut model
     Turns turned;
     std::shared_ptr<const BeamAnalysis> analysis;
   };
@@ -74,18 +91,30 @@ class LiveBeams {
   [[nodiscard]] beams::BeamSolution settle(const beams::BeamStructure& structure,
                                            beams::FoundUnder found, const JobContext& job,
                                            const beams::BeamObserver& observer) const;
+  [[nodiscard]] Outcome solve_once(const SharedConditions& conditions, const JobContext& job,
+                                   const OnIterate& on_iterate);
   [[nodiscard]] Outcome solve_as_drawn(const SharedConditions& conditions, const JobContext& job,
                                        const OnIterate& on_iterate);
   [[nodiscard]] Turns turns_at(const BeamConditions& conditions, double share) const;
+  /// The state there is, with other parts.
+  void set_cut(const beams::Subdivision& cut);
+  /// Without nodes between parts.
+  [[nodiscard]] beams::BeamState shown(const beams::BeamState& state) const;
+  /// Nodes of the structure in place of those between parts.
+  void name_nodes(beams::BeamReport& report) const;
 
   const beams::BeamModel model_;
-  beams::BeamState state_;
-  Turns turned_;          // of what is held in state_
-  bool is_drawn_ = true;  // nothing has moved yet
-  Place good_;            // the last equilibrium
+  const beams::BeamDiscretisation discretisation_;
+  beams::Subdivision cut_;
+  beams::BeamState state_;  // of the cut model
+  Turns turned_;            // of what is held in state_
+  bool is_drawn_ = true;    // nothing has moved yet
+  Place good_;              // the last equilibrium
   // The shape to begin from, which nobody knows to be in balance; none once it has led somewhere.
   std::optional<Place> given_;
-  std::deque<Place> known_;  // the latest last
+  std::deque<Place> known_;                                // the latest last
+  std::optional<beams::DiscretisationEstimate> estimate_;  // of good_
+  std::optional<beams::Subdivision> next_cut_;             // that the next solve begins with
 };
 
 }  // namespace limber::session

@@ -49,10 +49,12 @@ struct BeamOrder {
 class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
  public:
   Impl(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
-       std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape)
+       std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape,
+       beams::BeamDiscretisation discretisation)
       : SessionCore(std::move(id), std::move(executor), std::move(listener)),
         document_(std::move(model), limits),
-        live_(document_.model(), std::move(shape)) {}
+        discretisation_(discretisation),
+        live_(document_.model(), std::move(shape), discretisation) {}
 
   EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected);
 
@@ -68,12 +70,29 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
     return selects_buckling_direction(*order.conditions);
   }
 
+  void interrupt_round() override;
+  void note_close() override { check_cancellation_.request(); }
+  bool cancel_other_work() override;
+  bool do_other_work(std::unique_lock<std::mutex>& lock) override;
+
   [[nodiscard]] bool selects_buckling_direction(const BeamConditions& conditions) const;
-  void finish(const Round& round, LiveBeams::Outcome outcome);
+  /// Refines an equilibrium until it meets the tolerance. @returns what it is worth then; nothing
+  /// where that was cancelled
+  std::shared_ptr<const DiscretisationCheck> meet_tolerance(const Round& round,
+                                                            LiveBeams::Outcome& outcome);
+  void finish(const Round& round, LiveBeams::Outcome outcome,
+              std::shared_ptr<const DiscretisationCheck> check = nullptr);
+  void publish_shape(const beams::BeamState& state, const Round& round);
   void publish_iterate(const beams::BeamState& state, const Round& round);
+  void amend(const BeamResult& checked, const Cancellation& cancellation);
 
   BeamDocument document_;
+  const beams::BeamDiscretisation discretisation_;
   LiveBeams live_;  // the task's
+  // Under the lock:
+  std::uint64_t check_begun_for_ = 0;  // sequence of the result; 0: none
+  bool is_checking_ = false;
+  Cancellation check_cancellation_;
 };
 
 /// Do pushes act, or temporary loads of the structure, which is in no equilibrium yet? Called with
@@ -105,8 +124,82 @@ EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
 }
 
 void BeamSession::Impl::solve(const Round& round) {
-  finish(round, live_.solve(round.order.conditions, JobContext{round.cancellation, {}},
-                            [&](const beams::BeamState& state) { publish_iterate(state, round); }));
+  LiveBeams::Outcome outcome =
+      live_.solve(round.order.conditions, JobContext{round.cancellation, {}},
+                  [&](const beams::BeamState& state) { publish_iterate(state, round); });
+  std::shared_ptr<const DiscretisationCheck> check;
+  if (outcome.reached && discretisation_.is_chosen()) {
+    check = meet_tolerance(round, outcome);
+    if (!check && is_out_of_date()) return;
+    if (!check) outcome.report.message += "; its refinement to the tolerance was cancelled";
+  }
+  finish(round, std::move(outcome), std::move(check));
+}
+
+std::shared_ptr<const DiscretisationCheck> BeamSession::Impl::meet_tolerance(
+    const Round& round, LiveBeams::Outcome& outcome) {
+  const JobContext job{round.cancellation, {}};
+  // Loads that choose a side have done so: the equilibrium is there.
+  allow_interruption();
+  try {
+    while (true) {
+      std::shared_ptr<const DiscretisationCheck> check = live_.check(job);
+      if (check->within_tolerance()) return check;
+      publish_shape(live_.state(), round);
+      if (!live_.refine(job)) return check;
+      outcome.report = live_.analysis()->solution.report;
+      outcome.frames.push_back(beam_coordinates(live_.state()));
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+    return nullptr;
+  }
+}
+
+void BeamSession::Impl::interrupt_round() {
+  round_.request();
+  check_cancellation_.request();
+}
+
+bool BeamSession::Impl::cancel_other_work() {
+  if (!is_checking_) return false;
+  check_cancellation_.request();
+  return true;
+}
+
+/// The check of a final result, at the end of all work; an edit interrupts it.
+bool BeamSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
+  if (!newest_ || newest_ != final_ || newest_->check != Check::kPending ||
+      newest_->sequence == check_begun_for_)
+    return false;
+  const SharedResult result = newest_;
+  check_begun_for_ = result->sequence;
+  is_checking_ = true;
+  is_finishing_ = false;
+  check_cancellation_ = Cancellation();
+  const Cancellation cancellation = check_cancellation_;
+  lock.unlock();
+  amend(*result, cancellation);
+  lock.lock();
+  is_checking_ = false;
+  return true;
+}
+
+/// Publishes a result again with what was found out about it.
+void BeamSession::Impl::amend(const BeamResult& checked, const Cancellation& cancellation) {
+  auto result = std::make_shared<BeamResult>(checked);
+  result->check = Check::kDone;
+  std::string remark;
+  try {
+    result->discretisation = live_.check({cancellation, {}});
+    remark = describe_discretisation(*result->discretisation);
+  } catch (const std::exception& error) {
+    remark = fmt::format("The discretisation error could not be estimated: {}", error.what());
+  }
+  if (!remark.empty()) result->report.message += ". " + remark;
+  const Revision revision = checked.revision;
+  publish_if(std::move(result),
+             [&] { return !has_work_ && newest_ == final_ && newest_->revision == revision; });
 }
 
 void BeamSession::Impl::solve_failed(const Round& round, const std::string& reason) {
@@ -117,8 +210,10 @@ void BeamSession::Impl::solve_failed(const Round& round, const std::string& reas
   finish(round, std::move(outcome));
 }
 
-void BeamSession::Impl::finish(const Round& round, LiveBeams::Outcome outcome) {
+void BeamSession::Impl::finish(const Round& round, LiveBeams::Outcome outcome,
+                               std::shared_ptr<const DiscretisationCheck> check) {
   const bool cancelled = outcome.report.status == beams::BeamStatus::kCancelled;
+  const bool is_to_be_checked = outcome.reached && !discretisation_.is_chosen();
   if (cancelled && is_out_of_date()) return;
   if (cancelled) live_.restore();
   auto result = std::make_shared<BeamResult>();
@@ -128,11 +223,21 @@ void BeamSession::Impl::finish(const Round& round, LiveBeams::Outcome outcome) {
   result->frames = matrix_of_columns(
       outcome.reached ? outcome.frames : std::vector{beam_coordinates(live_.state())});
   result->analysis = live_.analysis();
+  if (check) {
+    const std::string remark = describe_discretisation(*check);
+    if (!remark.empty()) result->report.message += ". " + remark;
+    result->discretisation = std::move(check);
+  } else if (is_to_be_checked) {
+    result->check = Check::kPending;
+  }
   publish(std::move(result), round);
 }
 
 void BeamSession::Impl::publish_iterate(const beams::BeamState& state, const Round& round) {
-  if (!is_time_to_publish()) return;
+  if (is_time_to_publish()) publish_shape(state, round);
+}
+
+void BeamSession::Impl::publish_shape(const beams::BeamState& state, const Round& round) {
   auto result = std::make_shared<BeamResult>();
   result->frames = matrix_of_columns({beam_coordinates(state)});
   publish(std::move(result), round);
@@ -140,9 +245,10 @@ void BeamSession::Impl::publish_iterate(const beams::BeamState& state, const Rou
 
 BeamSession::BeamSession(std::string id, beams::BeamModel model, BeamLimits limits,
                          Executor executor, std::shared_ptr<BeamListener> listener,
-                         std::optional<beams::BeamState> shape)
+                         std::optional<beams::BeamState> shape,
+                         beams::BeamDiscretisation discretisation)
     : impl_(std::make_shared<Impl>(std::move(id), std::move(model), limits, std::move(executor),
-                                   std::move(listener), std::move(shape))) {
+                                   std::move(listener), std::move(shape), discretisation)) {
   impl_->open();
 }
 BeamSession::~BeamSession() { impl_->shut(Impl::CloseNotification::kNone); }

@@ -7,8 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "engine/beams/refinement/subdivision_choice.h"
 #include "engine/session/beams/analysis.h"
+#include "engine/session/beams/discretisation_check.h"
 #include "engine/session/beams/document.h"
+#include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
@@ -25,6 +28,12 @@ struct BeamResult : ResultHeader {
   std::shared_ptr<const Eigen::MatrixXf> frames;
   /// Of the shape, where it is final; null where there was never an equilibrium.
   std::shared_ptr<const BeamAnalysis> analysis;
+  /// kPending: it is published again with its `discretisation`. Where a tolerance chooses the
+  /// elements, final results have that at once.
+  Check check = Check::kNone;
+  /// What the discretisation is worth for this shape; null where it was not looked for, or while
+  /// the check is pending.
+  std::shared_ptr<const DiscretisationCheck> discretisation;
 };
 
 using BeamListener = Listener<BeamResult>;
@@ -37,8 +46,11 @@ class BeamSession {
  public:
   /// @throws Error as BeamDocument
   /// @param shape  where it begins, of the model's nodes and hinged ends; none: as drawn
+  /// @param discretisation  elements that those of the model are cut into; where a tolerance
+  /// chooses them, shapes on the way to it are published as iterates
   BeamSession(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
-              std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape = {});
+              std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape = {},
+              beams::BeamDiscretisation discretisation = {});
   ~BeamSession();  // cancels and waits for the running task
 
   [[nodiscard]] const std::string& id() const;

@@ -14,19 +14,13 @@
 #include "engine/session/bodies/edit.h"
 #include "engine/session/bodies/model_cache.h"
 #include "engine/session/bodies/motion_check.h"
+#include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::session {
-
-/// Whether a final result has been compared with full reconstructions.
-enum class Check {
-  kNone,     // it is not compared: not final, or the solve failed
-  kPending,  // an amendment will follow, unless an edit is quicker
-  kDone,     // this is the amendment
-};
 
 /// How far final results go.
 enum class Exactness {

@@ -229,6 +229,11 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     building_ = {};
   }
 
+  /// The task's: from here on edits interrupt the round, even one that must_finish().
+  void allow_interruption() {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(is_finishing_, false) && has_work_) interrupt_round();
+  }
   /// The task's: whether a round that ended cancelled was so for a newer edit, which continues from
   /// what was reached.
   [[nodiscard]] bool is_out_of_date() const {

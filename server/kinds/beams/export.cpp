@@ -36,8 +36,8 @@ std::shared_ptr<const session::BeamResult> in_balance(
 /// As edited, in the newest equilibrium if there is one.
 proto::Scene scene_in_shape(const BeamRecord& record) {
   const auto session = record.session();
-  DecodedBeams scene{record.opened().name, session->model(), record.opened().sections,
-                     std::nullopt};
+  DecodedBeams scene{record.opened().name, session->model(), record.opened().sections, std::nullopt,
+                     record.opened().discretisation};
   if (const auto result = session->final_result(); result && result->analysis)
     scene.shape = result->analysis->solution.state;
   return encode_beam_scene(scene);

@@ -19,9 +19,8 @@ namespace {
 class BeamOpening final : public Opening {
  public:
   BeamOpening(const proto::Scene& message, const SceneContext& context)
-      : structure_(decode_beam_scene(message, "scene.", edge_loader(context.resolve))) {
-    demand_beam_memory(structure_.model, context.limits.session_bytes);
-  }
+      : structure_(decode_beam_scene(message, "scene.", edge_loader(context.resolve))),
+        discretisation_(demand_beam_memory(structure_, context.limits.session_bytes)) {}
 
   [[nodiscard]] std::string size() const override {
     return fmt::format("{} nodes, {} elements of beams", structure_.model.nodes.size(),
@@ -40,11 +39,12 @@ class BeamOpening final : public Opening {
   void start(Hub& hub) override {
     record_->attach(std::make_shared<session::BeamSession>(
         record_->id(), structure_.model, session::BeamLimits{}, hub.session_executor(), record_,
-        structure_.shape));
+        structure_.shape, discretisation_));
   }
 
  private:
   const DecodedBeams structure_;
+  const beams::BeamDiscretisation discretisation_;
   std::shared_ptr<BeamRecord> record_;
 };
 

@@ -6,8 +6,14 @@
 namespace limber::server {
 
 std::uint64_t estimate_beam_bytes(const beams::BeamModel& model, int shapes) {
-  const auto n = static_cast<double>(model.nodes.size()),
-             m = static_cast<double>(model.elements.size());
+  return estimate_cut_beam_bytes(model, static_cast<int>(model.elements.size()), shapes);
+}
+
+std::uint64_t estimate_cut_beam_bytes(const beams::BeamModel& model, int elements, int shapes) {
+  // A cut adds a node with each element.
+  const auto m = static_cast<double>(elements);
+  const double n =
+      static_cast<double>(model.nodes.size()) + m - static_cast<double>(model.elements.size());
   double numbers = 36 * (n + 2 * m);                     // second derivatives, and as triplets
   numbers += 36 * n * 20 * std::log2(std::max(2.0, n));  // factor of a surface's under dissection
   numbers += n * 200 + m * 300;                          // states, kernels, the answer

@@ -10,5 +10,8 @@ namespace limber::server {
 /// second derivatives and their factor, states, the answer in numbers and in files, and the shapes
 /// along the path.
 [[nodiscard]] std::uint64_t estimate_beam_bytes(const beams::BeamModel& model, int shapes);
+/// The same of the model with its elements cut into so many.
+[[nodiscard]] std::uint64_t estimate_cut_beam_bytes(const beams::BeamModel& model, int elements,
+                                                    int shapes);
 
 }  // namespace limber::server

@@ -19,8 +19,8 @@ proto::EditResponse BeamRecord::edit(const proto::EditRequest& request) {
 
 void BeamRecord::add_scene(const proto::GetSessionRequest&,
                            proto::GetSessionResponse& response) const {
-  *response.mutable_scene() =
-      encode_beam_scene({opened_.name, session()->model(), opened_.sections, std::nullopt});
+  *response.mutable_scene() = encode_beam_scene(
+      {opened_.name, session()->model(), opened_.sections, std::nullopt, opened_.discretisation});
 }
 
 proto::ExportResponse BeamRecord::export_part(const proto::ExportRequest& request) {
@@ -55,8 +55,11 @@ void BeamRecord::describe(proto::SessionStatus& status) const {
 }
 
 void BeamRecord::on_result(const std::shared_ptr<const session::BeamResult>& result) {
-  note_result(std::make_shared<proto::ResultInfo>(encode_beam_result(*result)),
-              [&] { return std::make_shared<BeamFrames>(result); });
+  note_result(
+      std::make_shared<proto::ResultInfo>(encode_beam_result(*result)),
+      [&] { return std::make_shared<BeamFrames>(result); },
+      result->check == session::Check::kPending ? ResultWaiters::Check::kPending
+                                                : ResultWaiters::Check::kDone);
 }
 
 }  // namespace limber::server

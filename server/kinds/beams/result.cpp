@@ -30,6 +30,22 @@ void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) 
   encode_beam_snaps(report.snaps, *info.mutable_snaps());
 }
 
+proto::DiscretisationError encode_discretisation(const session::DiscretisationCheck& check) {
+  const beams::DiscretisationError& error = check.error;
+  proto::DiscretisationError message;
+  message.set_position_error(error.position_error);
+  message.set_max_distance(error.max_distance);
+  if (error.worst_node >= 0) message.set_worst_node(static_cast<std::uint32_t>(error.worst_node));
+  message.set_energy_error(error.energy_error);
+  message.set_elements(static_cast<std::uint32_t>(error.elements));
+  message.set_compared_elements(static_cast<std::uint32_t>(error.compared_elements));
+  message.set_tolerance(check.tolerance.value_or(0));
+  message.set_within_tolerance(check.within_tolerance());
+  message.set_check_ms(check.check_ms);
+  message.set_message(error.message);
+  return message;
+}
+
 }  // namespace
 
 proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
@@ -50,6 +66,8 @@ proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   *message.mutable_energies() = encode_beam_energies(results.energies);
   message.set_largest_utilisation(results.largest_utilisation);
   message.set_largest_bend(results.largest_bend);
+  if (result.discretisation)
+    *info.mutable_discretisation_error() = encode_discretisation(*result.discretisation);
   return info;
 }
 

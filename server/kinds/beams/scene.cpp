@@ -1,7 +1,10 @@
 #include "server/kinds/beams/scene.h"
 
+#include <algorithm>
+
 #include "server/kinds/beams/shape.h"
 #include "server/wire/arrays.h"
+#include "server/wire/fields.h"
 #include "server/wire/scene_fields.h"
 
 namespace limber::server {
@@ -13,6 +16,19 @@ void demand_beams_alone(const proto::Scene& message, const std::string& prefix) 
                   field->name() == "length_unit_in_metres"
                       ? "structures of beams are in metres"
                       : "is of other scenes: one of beams has no such field");
+}
+
+/// @throws Error naming the field
+beams::BeamDiscretisation decode_discretisation(const proto::BeamScene& message) {
+  beams::BeamDiscretisation discretisation;
+  if (message.has_elements_per_member()) {
+    constexpr std::uint32_t kTooMany = beams::BeamDiscretisation::kMaxParts + 1;
+    discretisation.elements_per_member =
+        static_cast<int>(std::min(message.elements_per_member(), kTooMany));
+  }
+  if (message.has_tolerance()) discretisation.tolerance = message.tolerance();
+  discretisation.validate();
+  return discretisation;
 }
 
 scene::EdgeMesh edges_of(const proto::LineSource& lines, const std::string& field,
@@ -48,6 +64,8 @@ DecodedBeams decode_beam_scene(const proto::Scene& message, const std::string& p
   }
   if (beams.has_shape())
     decoded.shape = decode_beam_shape(beams.shape(), decoded.model, field + ".shape");
+  with_fields_of(beams, field + ".",
+                 [&] { decoded.discretisation = decode_discretisation(beams); });
   if (!message.name().empty()) decoded.name = message.name();
   return decoded;
 }
@@ -58,6 +76,10 @@ proto::Scene encode_beam_scene(const DecodedBeams& structure) {
   *message.mutable_beams()->mutable_structure() = encode_beam_structure(structure);
   if (structure.shape)
     *message.mutable_beams()->mutable_shape() = encode_beam_shape(*structure.shape);
+  if (const auto& elements = structure.discretisation.elements_per_member)
+    message.mutable_beams()->set_elements_per_member(static_cast<std::uint32_t>(*elements));
+  if (const auto& tolerance = structure.discretisation.tolerance)
+    message.mutable_beams()->set_tolerance(*tolerance);
   return message;
 }
 

@@ -39,10 +39,20 @@ EdgeLoader edge_loader(PathResolver resolve) {
   };
 }
 
-void demand_beam_memory(const beams::BeamModel& model, std::uint64_t session_bytes) {
-  const std::uint64_t bytes = estimate_beam_bytes(model, kShapes);
-  if (session_bytes > 0 && bytes > session_bytes)
+beams::BeamDiscretisation demand_beam_memory(const DecodedBeams& scene,
+                                             std::uint64_t session_bytes) {
+  beams::BeamDiscretisation discretisation = scene.discretisation;
+  if (session_bytes == 0) return discretisation;
+  const int begun = discretisation.first(scene.model).elements();
+  const auto bytes_with = [&](int elements) {
+    return estimate_cut_beam_bytes(scene.model, elements, kShapes);
+  };
+  if (const std::uint64_t bytes = bytes_with(begun); bytes > session_bytes)
     throw limit_exceeded("scene", "estimated bytes of the session", session_bytes, bytes);
+  int& most = discretisation.max_elements;
+  while (most > begun && bytes_with(most) > session_bytes) most -= (most + 7) / 8;
+  most = std::max({most, begun, 1});
+  return discretisation;
 }
 
 std::vector<proto::Issue> beam_issues(const proto::Scene& message, const std::string& prefix,
@@ -50,9 +60,9 @@ std::vector<proto::Issue> beam_issues(const proto::Scene& message, const std::st
   Faults faults(Faults::Mode::kCollect);
   std::vector<proto::Issue> issues;
   faults.try_to([&] {
-    const beams::BeamModel model = decode_beam_scene(message, prefix, load_edges).model;
-    demand_beam_memory(model, session_bytes);
-    for (const auto& remark : session::beam_remarks(model))
+    const DecodedBeams scene = decode_beam_scene(message, prefix, load_edges);
+    (void)demand_beam_memory(scene, session_bytes);
+    for (const auto& remark : session::beam_remarks(scene.model))
       issues.push_back(encode_issue(remark, prefix + "beams.structure."));
   });
   for (const auto& fault : faults.found()) issues.push_back(encode_fault(fault));

@@ -15,8 +15,10 @@ namespace limber::server {
 [[nodiscard]] EdgeLoader edge_loader(PathResolver resolve);
 
 /// @param session_bytes  a session may take, estimated; 0: no limit
+/// @returns the scene's discretisation, with as many elements at most as that leaves room for
 /// @throws Refusal LIMIT_EXCEEDED naming "scene"
-void demand_beam_memory(const beams::BeamModel& model, std::uint64_t session_bytes);
+beams::BeamDiscretisation demand_beam_memory(const DecodedBeams& scene,
+                                             std::uint64_t session_bytes);
 
 /// What is wrong with a scene of beams: what opening it is refused with, or warnings, or nothing.
 [[nodiscard]] std::vector<proto::Issue> beam_issues(const proto::Scene& message,

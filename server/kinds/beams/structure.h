@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/beams/model/beam_model.h"
+#include "engine/beams/refinement/subdivision_choice.h"
 #include "engine/beams/structure/beam_state.h"
 #include "engine/scene/beams.h"
 #include "limber/v1/beams.pb.h"
@@ -19,6 +20,8 @@ struct DecodedBeams {
   std::vector<proto::BeamSection> sections;
   /// Of a scene: where opening begins; none: as drawn.
   std::optional<beams::BeamState> shape;
+  /// Of a scene: elements that those of the structure are cut into.
+  beams::BeamDiscretisation discretisation = {};
 };
 
 /// A structure as it came, valid. Fields of errors are those of the message.

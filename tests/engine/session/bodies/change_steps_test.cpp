@@ -38,8 +38,8 @@ TEST(ChangeSteps, NameTheOneThingTheyTouch) {
 }
 
 TEST(MergedChanges, ADragComesToItsBeginning) {
-  const std::vector<Change> drag = {TargetChange{1, {1, 0, 0}}, TargetChange{1, {2, 0, 0}},
-                                    TargetChange{1, {3, 0, 0}}};
+  std::vector<Change> drag;
+  for (const double x : {1.0, 2.0, 3.0}) drag.emplace_back(TargetChange{1, {x, 0, 0}});
   const ChangeGroup group = merged(drag);
   ASSERT_EQ(group.size(), 1u);
   EXPECT_EQ(std::get<TargetChange>(group[0]).target, Eigen::Vector3d(1, 0, 0));

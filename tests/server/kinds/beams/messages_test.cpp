@@ -7,7 +7,9 @@
 #include "engine/beams/structure/beam_structure.h"
 #include "proto/json_text.h"
 #include "server/kinds/beams/edit.h"
+#include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scene.h"
+#include "server/kinds/beams/scenes.h"
 #include "server/kinds/beams/solution.h"
 #include "server/wire/arrays.h"
 #include "server/wire/fields.h"
@@ -61,6 +63,65 @@ TEST(BeamCodec, ScenesComeBackAsTheyWent) {
   EXPECT_EQ(scene_message.SerializeAsString(), encode_beam_scene(second).SerializeAsString());
   EXPECT_EQ(second.model.supports[1].fixed, model.supports[1].fixed);
   EXPECT_EQ(second.model.sections[0].bending_2, model.sections[0].bending_2);
+}
+
+TEST(BeamCodec, DiscretisationsComeBackAndAreChecked) {
+  proto::Scene sent = scene();
+  EXPECT_FALSE(decode_structure(sent).discretisation.elements_per_member);
+  EXPECT_FALSE(encode_beam_scene(decode_structure(sent)).beams().has_tolerance());
+  sent.mutable_beams()->set_elements_per_member(4);
+  sent.mutable_beams()->set_tolerance(0.001);
+  const DecodedBeams decoded = decode_structure(sent);
+  EXPECT_EQ(decoded.discretisation.elements_per_member, 4);
+  EXPECT_EQ(decoded.discretisation.tolerance, 0.001);
+  const proto::Scene back = encode_beam_scene(decoded);
+  EXPECT_EQ(back.beams().elements_per_member(), 4U);
+  EXPECT_EQ(back.beams().tolerance(), 0.001);
+  sent.mutable_beams()->set_elements_per_member(4000000000U);
+  EXPECT_EQ(refused_field([&] { (void)decode_structure(sent); }),
+            "scene.beams.elements_per_member");
+  sent.mutable_beams()->clear_elements_per_member();
+  sent.mutable_beams()->set_tolerance(-1);
+  EXPECT_EQ(refused_field([&] { (void)decode_structure(sent); }), "scene.beams.tolerance");
+}
+
+TEST(BeamMemory, LimitsTheElementsThatAToleranceMayTake) {
+  DecodedBeams decoded = decode_structure(scene());
+  decoded.discretisation.tolerance = 1e-3;
+  EXPECT_EQ(demand_beam_memory(decoded, 0).max_elements, beams::kMaxCutElements);
+  const int few = demand_beam_memory(decoded, 2'000'000).max_elements;
+  EXPECT_LT(few, beams::kMaxCutElements / 10);
+  EXPECT_GE(few, 2);
+  decoded.discretisation.elements_per_member = 64;
+  EXPECT_THROW((void)demand_beam_memory(decoded, 100'000), Refusal);
+}
+
+TEST(BeamCodec, ResultsHaveTheirDiscretisationError) {
+  session::BeamResult result;
+  result.is_final = true;
+  result.frames = std::make_shared<Eigen::MatrixXf>(7, 1);
+  beams::BeamModel model = decode_structure(scene()).model;
+  beams::BeamStructure structure(model);
+  beams::BeamSolution solution{structure.rest_state(), {}};
+  beams::BeamResults results = results_of(structure, solution.state);
+  result.analysis = std::make_shared<const session::BeamAnalysis>(
+      session::BeamAnalysis{std::move(structure), std::move(solution), std::move(results), {}});
+  EXPECT_FALSE(encode_beam_result(result).has_discretisation_error());
+  session::DiscretisationCheck check;
+  check.error = {true, 0.01, 0.5, 2, 0.03, 10, 40, 4, ""};
+  check.tolerance = 0.02;
+  check.check_ms = 7;
+  result.discretisation = std::make_shared<const session::DiscretisationCheck>(check);
+  const proto::DiscretisationError message = encode_beam_result(result).discretisation_error();
+  EXPECT_EQ(message.position_error(), 0.01);
+  EXPECT_EQ(message.max_distance(), 0.5);
+  EXPECT_EQ(message.worst_node(), 2U);
+  EXPECT_EQ(message.energy_error(), 0.03);
+  EXPECT_EQ(message.elements(), 10U);
+  EXPECT_EQ(message.compared_elements(), 40U);
+  EXPECT_EQ(message.tolerance(), 0.02);
+  EXPECT_TRUE(message.within_tolerance());
+  EXPECT_EQ(message.check_ms(), 7);
 }
 
 TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
