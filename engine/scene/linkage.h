@@ -100,6 +100,9 @@ struct Linkage {
   rods::Section section = rods::Rectangle{0.02, 0.005};
   rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
   int edges_per_segment = 10;  // >= 3; of short segments fewer (rods::edges_by_length)
+  /// In place of edges_per_segment: positions are to be off by at most this share of the linkage's
+  /// size (rods::drawn_extent) by its discretisation; in (0, 0.1]. 0: edges_per_segment holds.
+  double tolerance = 0;
   rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;

@@ -41,7 +41,7 @@ from .linkages.scenes import linkage_scene
 from .linkages.session import LinkageSession, Target
 from .linkages.shapes import LinkageGeometry, Shape
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
-from .results import MotionError, Result
+from .results import DiscretisationError, MotionError, Result
 from .scenes import load_scene
 from .server import DEFAULT_ENDPOINT, Server, connect
 from .stream import FrameStream, StreamedFrames
@@ -50,7 +50,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
-    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Erection", "Export", "FrameStream", "Geometry",
+    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Erection", "Export", "FrameStream",
+    "Geometry",
     "Keyframe", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep",
     "Material", "MaterialWarning", "Mode", "MotionError", "OpenSession", "OtherOptimum", "Placement", "Receipt",
     "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape",

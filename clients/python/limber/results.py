@@ -45,6 +45,33 @@ class MotionError:
 
 
 @dataclass(frozen=True)
+class DiscretisationError:
+    """The shown equilibrium of rods or beams against the limit of ever finer elements, estimated by refinement."""
+
+    position_error: float    # largest distance of a joint or node from where the limit has it: share of the size
+    max_distance: float      # the same [m]
+    worst_node: int          # that joint or node; of a linkage the joint next to where it is
+    energy_error: float      # of the elastic energy, relative
+    elements: int            # edges or elements of the shown shape
+    compared_elements: int   # and of the finest one it was compared with
+    tolerance: float         # for position_error: the scene's; 0: none
+    within_tolerance: bool
+    check_ms: float          # that it took, on the server
+    message: str = ""        # where there is no estimate, why
+
+    @property
+    def known(self) -> bool:
+        """There is an estimate."""
+        return self.elements > 0 and not self.message
+
+    @staticmethod
+    def from_message(error: "service.DiscretisationError") -> "DiscretisationError":
+        return DiscretisationError(error.position_error, error.max_distance, error.worst_node, error.energy_error,
+                                   error.elements, error.compared_elements, error.tolerance, error.within_tolerance,
+                                   error.check_ms, error.message)
+
+
+@dataclass(frozen=True)
 class Result:
     """One published solution of a session. Energies are unitless (body lengths, frames)."""
 
@@ -74,6 +101,7 @@ class Result:
     max_velocity_error: float = 0.0  # largest difference by which a velocity is missed [length unit / s]
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
+    discretisation_error: DiscretisationError | None = None  # the same of linkages and structures of beams
 
     @property
     def converged(self) -> bool:
@@ -92,7 +120,9 @@ class Result:
                       info.high_frequency_share if info.HasField("high_frequency_share") else None,
                       max_velocity_error=info.max_velocity_error,
                       max_exact_velocity_error=info.max_exact_velocity_error,
-                      motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None)
+                      motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None,
+                      discretisation_error=DiscretisationError.from_message(info.discretisation_error)
+                      if info.HasField("discretisation_error") else None)
 
 
 def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:

@@ -21,13 +21,6 @@
 
 namespace limber::session {
 
-/// Whether a final result has been compared with full reconstructions.
-enum class Check {
-  kNone,     // it is not compared: not final, or the solve failed
-  kPending,  // an amendment will follow, unless an edit is quicker
-  kDone,     // this is the amendment
-};
-
 /// One published iterate: immutable, shared between threads. Where the solve failed, the solver
 /// threw: the motion is an earlier result's, or rest; the report is empty but for its message.
 struct BodyResult : ResultHeader {

@@ -6,6 +6,14 @@
 
 namespace limber::session {
 
+/// Whether more has been found out about a final result: how far a body's motion is from full
+/// reconstructions, a linkage's shape from the limit of finer edges.
+enum class Check {
+  kNone,     // nothing is looked for: it is not final, or the solve failed
+  kPending,  // an amendment will follow, unless an edit is quicker
+  kDone,     // this is the amendment
+};
+
 /// What every published result says, for sessions of every kind.
 struct ResultHeader {
   Revision revision = 0;       // every edit up to and including this one is in it
