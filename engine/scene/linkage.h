@@ -103,7 +103,7 @@ struct Linkage {
   /// In place of edges_per_segment: positions are to be off by at most this share of the linkage's
   /// size (rods::drawn_extent) by its discretisation; in (0, 0.1]. 0: edges_per_segment holds.
   double tolerance = 0;
-  rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
+  rods::BendingForm bending = rods::kDefaultBending;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;
   /// Where opening begins; nothing: as drawn. Pins without positions hold joints where they are in
