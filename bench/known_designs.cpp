@@ -103,8 +103,9 @@ void for_each_design(
 }
 
 DesignProblem open_design(const LinkageCase& named, const std::string& path) {
+  // In the public code's form of bending, whose figures the suites compare with.
   rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,
-                           named.stiffness);
+                           named.stiffness, rods::BendingForm::kMaterialFrames);
   rods::LinkageState state(model);
   rods::Conditions flat, deployed;
   flat.pins = {{named.held}};

@@ -60,7 +60,8 @@ double sufficient_shift(rods::CondensedSolver& solver, const rods::CondensedMatr
 
 Case measure(const Model& named, const std::string& path, int threads, int repeats) {
   const rods::LinkageGraph graph = rods::build_linkage_graph(scene::read_line_mesh_file(path));
-  const rods::LinkageModel model(graph, named.edges, named.stiffness);
+  const rods::LinkageModel model(graph, named.edges, named.stiffness,
+                                 rods::BendingForm::kMaterialFrames);
   const rods::LinkageState state = noisy_state(model);
   set_thread_count(threads);
   rods::LinkageAssembly assembly(model);

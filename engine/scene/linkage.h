@@ -100,7 +100,10 @@ struct Linkage {
   rods::Section section = rods::Rectangle{0.02, 0.005};
   rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
   int edges_per_segment = 10;  // >= 3; of short segments fewer (rods::edges_by_length)
-  rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
+  /// In place of edges_per_segment: positions are to be off by at most this share of the linkage's
+  /// size (rods::drawn_extent) by its discretisation; in (0, 0.1]. 0: edges_per_segment holds.
+  double tolerance = 0;
+  rods::BendingForm bending = rods::kDefaultBending;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;
   /// Where opening begins; nothing: as drawn. Pins without positions hold joints where they are in

@@ -48,8 +48,9 @@ def test_waits_for_the_check_of_an_undone_edit(session):
     assert back.motion_error.shape_error == pytest.approx(before.motion_error.shape_error, rel=1e-3)
 
 
-def test_a_linkage_has_nothing_to_check(linkage):  # noqa: F811
-    assert linkage.wait(until="checked").revision == linkage.revision
+def test_a_linkage_has_no_motion_to_check(linkage):  # noqa: F811
+    checked = linkage.wait(until="checked")
+    assert checked.revision == linkage.revision and checked.motion_error is None
 
 
 def test_targets_beyond_reach_are_reported(session, cli):

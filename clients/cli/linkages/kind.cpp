@@ -8,6 +8,20 @@
 namespace limber::cli::linkages {
 namespace {
 
+bool is_known(const v1::DiscretisationError& error) {
+  return error.elements() > 0 && error.message().empty();
+}
+
+std::string describe_discretisation(const v1::DiscretisationError& error) {
+  if (!is_known(error)) return fmt::format("edges             no estimate: {}\n", error.message());
+  return fmt::format(
+      "edges             {}: positions off by {:.2g} % of the size ({:.2g} m, next to joint {}{}), "
+      "energy by {:.2g} %\n",
+      error.elements(), 100 * error.position_error(), error.max_distance(), error.worst_node(),
+      error.tolerance() > 0 ? fmt::format("; tolerance {:.2g} %", 100 * error.tolerance()) : "",
+      100 * error.energy_error());
+}
+
 class LinkageKind final : public Kind {
  public:
   [[nodiscard]] const char* name() const override { return "linkages"; }
@@ -19,6 +33,11 @@ class LinkageKind final : public Kind {
     return fmt::format("{} segments, {} joints", status.segments(), status.joints());
   }
   [[nodiscard]] std::string describe(const v1::ResultInfo& result) const override;
+  [[nodiscard]] std::string remark(const v1::ResultInfo& result) const override {
+    const auto& error = result.discretisation_error();
+    if (!is_known(error)) return "";
+    return fmt::format(", positions off by {:.2g} %", 100 * error.position_error());
+  }
   [[nodiscard]] std::string listed_conditions(const v1::SessionStatus& status) const override {
     return fmt::format("{} targets", status.targets());
   }
@@ -57,6 +76,8 @@ std::string LinkageKind::describe(const v1::ResultInfo& result) const {
       linkage.bending_energy(), linkage.twisting_energy(), linkage.spring_energy(),
       linkage.load_potential(), linkage.mean_angle_degrees(), linkage.steps(),
       result.since_edit_ms());
+  if (result.has_discretisation_error())
+    text += describe_discretisation(result.discretisation_error());
   if (!result.message().empty()) text += result.message() + "\n";
   return text;
 }

@@ -128,9 +128,8 @@ class OpenSession:
         """Waits for a result that contains a revision (default: the newest this client made or saw).
 
         until: "first" for the first such result, "final" for its final one (result.status says whether it converged),
-        "checked" for that with what is found out a moment later: of a body result.motion_error, of beams
-        result.discretisation_error. Raises LimberError TIMEOUT,
-        and ServerUnreachable within 8 s of when the server falls silent.
+        "checked" for that with what is found out a moment later: of a body result.motion_error, of a linkage or beams
+        result.discretisation_error. Raises LimberError TIMEOUT, and ServerUnreachable within 8 s of when the server falls silent.
         """
         checks.one_of(until, _UNTIL, "until")
         checks.duration(timeout, "timeout")

@@ -59,6 +59,11 @@ class DiscretisationError:
     check_ms: float           # that it took, on the server
     message: str = ""         # why there is no estimate, or what makes it uncertain
 
+    @property
+    def known(self) -> bool:
+        """There is an estimate."""
+        return self.compared_elements > 0
+
     @staticmethod
     def from_message(error: "service.DiscretisationError") -> "DiscretisationError":
         return DiscretisationError(error.position_error, error.max_distance, error.worst_node, error.energy_error,
@@ -97,7 +102,7 @@ class Result:
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]
     exact: bool = False  # of a body: energies, errors and frames are those of the full map, not of the reduced model
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
-    discretisation_error: DiscretisationError | None = None  # the same of beams
+    discretisation_error: DiscretisationError | None = None  # the same of linkages and structures of beams
 
     @property
     def converged(self) -> bool:

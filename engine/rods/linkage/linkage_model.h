@@ -32,10 +32,10 @@ class LinkageModel {
  public:
   /// @throws Error as RodStiffness::validate, ReducedVariables and distribute_rest_lengths
   LinkageModel(LinkageGraph graph, std::vector<int> edges_per_segment,
-               const RodStiffness& stiffness, BendingForm form = BendingForm::kMaterialFrames);
+               const RodStiffness& stiffness, BendingForm form = kDefaultBending);
   /// The same number of edges in every segment.
   LinkageModel(LinkageGraph graph, int edges_per_segment, const RodStiffness& stiffness,
-               BendingForm form = BendingForm::kMaterialFrames);
+               BendingForm form = kDefaultBending);
 
   [[nodiscard]] const LinkageGraph& graph() const { return graph_; }
   [[nodiscard]] const ReducedVariables& variables() const { return variables_; }

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/rods/rod/vertex_element.h"
+#include "engine/rods/rod/vertex_response.h"
 
 namespace limber::rods {
 namespace {
@@ -19,9 +19,10 @@ MaterialFrame<double> frame_of(const LinkageModel& model, const LinkageState& st
 }
 
 Eigen::Vector3d turning_at(const MaterialFrame<double>& before, const MaterialFrame<double>& after,
-                           double twist, const LengthWeights<double>& weights) {
+                           double twist, const LengthWeights<double>& weights, BendingForm form) {
   const VertexMaterial<double> unit{1, 1, 1, weights, {0, 0, 0, 0, 0}};
-  const auto strains = vertex_kinematics(before, after, twist).strains;
+  const auto strains =
+      vertex_response<VertexOrder::kEnergy>(before, after, twist, unit, form).strains;
   const auto stresses = vertex_stresses(strains, unit);
   return {stresses.before_1 + stresses.after_1, stresses.before_2 + stresses.after_2,
           stresses.twist};
@@ -45,8 +46,9 @@ LinkageStrains linkage_strains(const LinkageModel& model, const LinkageState& st
       const double rest = model.rest_lengths().edge(model.graph(), variables, s, e);
       result.axial[edge++] = (frame.length - rest) / rest;
       if (e > 0) {
-        result.turning.col(vertex++) = turning_at(before, frame, state.twist(model, s, e),
-                                                  length_weights(rest_before, rest, model.form()));
+        result.turning.col(vertex++) =
+            turning_at(before, frame, state.twist(model, s, e),
+                       length_weights(rest_before, rest, model.form()), model.form());
       }
       before = frame;
       rest_before = rest;

@@ -4,12 +4,14 @@
 
 namespace limber::rods {
 
-/// Which discrete bending energy (rod linkages, sec. 5.2). kMaterialFrames (2008, the default): the
-/// energy of each adjacent edge's frame, weighted by half that edge's rest length.
-/// kAveragedFrames (2010): the energy of the averaged curvatures. Both measure curvature as
-/// 2 tan(phi / 2), phi the angle between the edges; kTurningAngle is kMaterialFrames with phi
-/// itself, exact for circular arcs however long their edges, and finite where edges fold back.
+/// Which discrete bending energy (rod linkages, sec. 5.2). kMaterialFrames (2008, that of the
+/// public code for linkages): the energy of each adjacent edge's frame, weighted by half that
+/// edge's rest length. kAveragedFrames (2010): the energy of the averaged curvatures. Both measure
+/// curvature as 2 tan(phi / 2), phi the angle between the edges; kTurningAngle (the default) is
+/// kMaterialFrames with phi itself, exact for circular arcs however long their edges, and finite
+/// where edges fold back.
 enum class BendingForm { kMaterialFrames, kAveragedFrames, kTurningAngle };
+inline constexpr BendingForm kDefaultBending = BendingForm::kTurningAngle;
 
 /// Factors of the energy of one interior vertex,
 ///   E = sum_a B_a/2 (before k0^2 + after k1^2 + 2 both k0 k1) + GJ/2 twist m^2,

@@ -39,7 +39,7 @@ class RodParameters {
   /// stiffnesses must be positive and finite, rest strains finite
   void validate(const RodLayout& layout) const;
 
-  BendingForm form = BendingForm::kMaterialFrames;
+  BendingForm form = kDefaultBending;
 
  private:
   SlotArray values_;

@@ -151,6 +151,7 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
   demand_model();
   demand_unloaded(*document_.conditions());
   design_.begin(std::move(request), tag);
+  check_.stop();
   post(std::move(lock));
 }
 
@@ -172,6 +173,7 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
   const auto candidate = design_.best();
   if (!candidate)
     throw Error(ErrorCode::kFailedPrecondition, "", "there is no design to take: start one first");
+  check_.stop();
   const Conditions before = document_.conditions();
   const std::optional<Revision> taken = design_.info()->taken;
   if (taken && (!expected || *expected == document_.revision()) && has_sizes(*before, *candidate)) {

@@ -10,11 +10,21 @@ namespace limber::session {
 
 LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits limits,
                            Executor executor, std::shared_ptr<LinkageListener> listener)
-    : SessionCore(std::move(id), std::move(executor), listener),
+    : SessionCore(std::move(id), executor, listener),
       linkage_(std::move(linkage)),
       design_listener_(std::move(listener)),
       document_(document_of(linkage_, limits)),
-      design_(mutex_) {}
+      design_(mutex_),
+      check_(
+          mutex_, std::move(executor),
+          [this](const LinkageResult& result, const JobContext& job) {
+            if (!checker_) {
+              checker_ =
+                  std::make_unique<ShapeChecker>(result.statics->model(), linkage_.tolerance);
+            }
+            return checker_->check(result, job);
+          },
+          [this] { post(std::unique_lock(mutex_)); }) {}
 
 /// Joints and segments must be known before the model is built.
 LinkageDocument LinkageSession::Impl::document_of(const scene::Linkage& linkage,
@@ -59,6 +69,7 @@ EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
                   if (holds_where_it_is(edits))
                     finish_first(document_.revision(),
                                  {document_.conditions(), {}, document_.steps_before_return()});
+                  check_.stop();
                   return document_.commit(std::move(*prepared));
                 });
 }

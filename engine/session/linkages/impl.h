@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/session/core/background_check.h"
 #include "engine/session/core/session_core.h"
 #include "engine/session/linkages/design_job.h"
 #include "engine/session/linkages/ended_designs.h"
@@ -58,6 +59,8 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
 
  private:
   using Conditions = LinkageOrder::Conditions;
+  using ShapeChecks = BackgroundCheck<LinkageResult, ShapeCheck>;
+  using ShapeFound = ShapeChecks::Found;
   /// One design, as the task runs it.
   struct DesignRound {
     DesignJob::Order order;
@@ -74,7 +77,12 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void demand_editable() const override;
   bool cancel_other_work() override;
   void note_cancel() override { design_.stop_any(); }
-  void note_close() override { design_.stop_any(); }
+  void note_close() override {
+    design_.stop_any();
+    check_.stop();
+  }
+  void close_other_tasks(SerialTask::Wait wait) override { check_.close(wait); }
+  [[nodiscard]] bool is_check_due() const;
   EditReceipt apply_design(std::optional<Revision> expected);
 
   // task.cpp:
@@ -85,6 +93,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   [[nodiscard]] LinkageGeometry describe() const;
   void finish(const Round& round, LiveLinkage::Outcome outcome);
   void publish_iterate(const Round& round);
+  void amend(const ShapeFound& found);
   void publish_shape(std::shared_ptr<LinkageResult> result, const Round& round);
   [[nodiscard]] Eigen::VectorXf shape_now() const;
 
@@ -109,9 +118,11 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   std::shared_ptr<const LinkageShape> shape_;
   std::vector<LinkageOrder::DesignedEquilibrium> designed_equilibria_;  // no round has had them
   Conditions designed_;  // that the newest design was made under
+  ShapeChecks check_;    // of final results
 
-  std::unique_ptr<LiveLinkage> live_;  // the task's
-  EndedDesigns ended_;                 // the task's
+  std::unique_ptr<LiveLinkage> live_;      // the task's
+  EndedDesigns ended_;                     // the task's
+  std::unique_ptr<ShapeChecker> checker_;  // the check's task's
 };
 
 }  // namespace limber::session

@@ -9,6 +9,7 @@
 #include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/floating_parts.h"
+#include "engine/rods/linkage/drawn_extent.h"
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkages/path_summary.h"
 #include "engine/session/linkages/rest_shape.h"
@@ -26,17 +27,6 @@ constexpr double kFarShare = 0.01;         // of the linkage's extent
 constexpr double kTurnOfStep = 0.05;       // of steps, where one solve turned too far [rad]
 constexpr double kMaxSteps = 200;  // a pin far away is no reason to remember every step there
 
-double extent_of(const rods::LinkageGraph& graph) {
-  Eigen::Vector3d low = graph.segments[0].points[0], high = low;
-  for (const auto& segment : graph.segments) {
-    for (const Eigen::Vector3d& point : segment.points) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
-    }
-  }
-  return (high - low).maxCoeff();
-}
-
 }  // namespace
 
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
@@ -50,7 +40,7 @@ LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
       sizes_(first_sizes_),
       statics_(std::make_shared<const LinkageStatics>(mapped_, linkage)),
       length_unit_(linkage.length_unit_in_metres),
-      extent_(extent_of(mapped_.model.graph())),
+      extent_(rods::drawn_extent(mapped_.model.graph())),
       equilibrium_(mapped_.model),
       good_(state_),
       good_sizes_(first_sizes_),

@@ -15,6 +15,7 @@
 #include "engine/session/linkages/design_values.h"
 #include "engine/session/linkages/document.h"
 #include "engine/session/linkages/shape.h"
+#include "engine/session/linkages/shape_check.h"
 #include "engine/session/linkages/statics.h"
 
 namespace limber::session {
@@ -45,6 +46,14 @@ struct LinkageResult : ResultHeader {
   std::shared_ptr<const rods::LinkageState> state = {};
   /// What it is in equilibrium under; null with it.
   std::shared_ptr<const scene::LinkageConditions> conditions = {};
+  /// The same as the solver has them.
+  std::shared_ptr<const rods::Conditions> held = {};
+  /// Of a final result that was reached: kPending, and published again as kDone with what its edges
+  /// are worth, where no edit is quicker.
+  Check check = Check::kNone;
+  /// Of kDone; null where it failed.
+  std::shared_ptr<const ShapeCheck> shape_check = {};
+  std::string check_failure = {};  // then, why
 };
 
 class LinkageListener : public Listener<LinkageResult> {

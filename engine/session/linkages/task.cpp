@@ -39,9 +39,39 @@ LinkageGeometry LinkageSession::Impl::describe() const {
   return geometry;
 }
 
-/// Designs come after what was edited before.
+/// Called with the lock.
+bool LinkageSession::Impl::is_check_due() const {
+  return newest_ && newest_ == final_ && newest_->check == Check::kPending &&
+         check_.is_new(*newest_);
+}
+
+/// Publishes a result again with what was found out about it.
+void LinkageSession::Impl::amend(const ShapeFound& found) {
+  auto result = std::make_shared<LinkageResult>(*found.result);
+  result->check = Check::kDone;
+  result->check_failure = found.failure;
+  if (found.finding) {
+    result->shape_check = std::make_shared<const ShapeCheck>(*found.finding);
+    const std::string remark = describe_shape(*found.finding);
+    std::string& message = result->report.message;
+    if (!remark.empty()) message += (message.empty() ? "" : "; ") + remark;
+  }
+  publish(std::move(result));
+}
+
+/// Designs come after what was edited before, and before what is found out about it.
 bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
-  if (!design_.is_waiting()) return false;
+  if (!design_.is_waiting()) {
+    if (const auto found = check_.take()) {
+      const bool is_newest = found->result == newest_;
+      lock.unlock();
+      if (is_newest) amend(*found);
+      return true;
+    }
+    if (!is_check_due()) return false;
+    check_.begin(lock, newest_, shared_from_this());
+    return true;
+  }
   designed_ = document_.conditions();
   const DesignRound round{design_.take_order(), document_.revision(), designed_};
   lock.unlock();
@@ -85,6 +115,8 @@ void LinkageSession::Impl::finish(const Round& round, LiveLinkage::Outcome outco
   result->state = std::make_shared<const rods::LinkageState>(live_->state());
   result->conditions =
       std::make_shared<const scene::LinkageConditions>(live_->conditions_of_shape());
+  result->held = std::make_shared<const rods::Conditions>(live_->held());
+  if (outcome.reached) result->check = Check::kPending;
   publish_shape(std::move(result), round);
 }
 

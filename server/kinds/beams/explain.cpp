@@ -14,7 +14,7 @@ proto::ExplainResponse explain_beams(const proto::SessionStatus& status,
   const proto::BeamInfo& info = result.beams();
   const proto::DiscretisationError& error = result.discretisation_error();
   const bool has_error = result.has_discretisation_error();
-  const bool is_known = has_error && error.message().empty();
+  const bool is_known = has_error && error.compared_elements() > 0;
   Explanation explanation(result.revision());
 
   const std::uint32_t members = std::max(1U, status.beam_elements());

@@ -131,7 +131,9 @@ void LinkageRecord::on_result(const std::shared_ptr<const session::LinkageResult
         newest_ = result;
         if (!shape_) return nullptr;
         return std::make_shared<LinkageFrames>(result, shape_, opened_.length_unit);
-      });
+      },
+      result->check == session::Check::kPending ? ResultWaiters::Check::kPending
+                                                : ResultWaiters::Check::kDone);
 }
 
 }  // namespace limber::server

@@ -43,6 +43,24 @@ void encode_report(const rods::EquilibriumReport& report, double length_unit,
   linkage.set_mean_angle_moment(report.mean_angle_moment * length_unit);
 }
 
+proto::DiscretisationError encode_shape_check(const session::ShapeCheck& check,
+                                              double length_unit) {
+  proto::DiscretisationError message;
+  message.set_elements(static_cast<std::uint32_t>(check.error.edges));
+  message.set_compared_elements(static_cast<std::uint32_t>(check.error.compared_edges));
+  message.set_tolerance(check.tolerance);
+  message.set_within_tolerance(check.within_tolerance());
+  message.set_check_ms(check.check_ms);
+  message.set_message(check.error.message);
+  if (!check.error.is_known()) return message;
+  message.set_position_error(check.position_error());
+  message.set_max_distance(check.error.max_distance * length_unit);
+  message.set_energy_error(check.error.energy_error);
+  if (check.error.worst_joint >= 0)
+    message.set_worst_node(static_cast<std::uint32_t>(check.error.worst_joint));
+  return message;
+}
+
 }  // namespace
 
 proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, double length_unit) {
@@ -50,6 +68,11 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   info.set_status(proto::SOLVE_STATUS_IMPROVED);
   info.set_weight_scale(1);
   if (result.is_final) encode_report(result.report, length_unit, info);
+  if (result.shape_check) {
+    *info.mutable_discretisation_error() = encode_shape_check(*result.shape_check, length_unit);
+  } else if (!result.check_failure.empty()) {
+    info.mutable_discretisation_error()->set_message(result.check_failure);
+  }
   if (result.design) *info.mutable_design() = encode_design(*result.design, length_unit);
   info.mutable_linkage()->set_mean_angle_degrees(to_degrees(result.mean_angle));
   info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.path.size()));

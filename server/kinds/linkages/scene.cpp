@@ -134,9 +134,9 @@ void encode_conditions(const scene::LinkageConditions& conditions,
 }
 
 constexpr EnumTable<rods::BendingForm, proto::RodBending, proto::RodBending_MAX> kBending{
+    {rods::BendingForm::kTurningAngle, proto::ROD_BENDING_TURNING_ANGLE},
     {rods::BendingForm::kMaterialFrames, proto::ROD_BENDING_MATERIAL_FRAMES},
-    {rods::BendingForm::kAveragedFrames, proto::ROD_BENDING_AVERAGED_FRAMES},
-    {rods::BendingForm::kTurningAngle, proto::ROD_BENDING_TURNING_ANGLE}};
+    {rods::BendingForm::kAveragedFrames, proto::ROD_BENDING_AVERAGED_FRAMES}};
 
 constexpr EnumTable<rods::StiffAxis, proto::StiffAxis, proto::StiffAxis_MAX> kStiffAxes{
     {rods::StiffAxis::kD1, proto::STIFF_AXIS_D1}, {rods::StiffAxis::kD2, proto::STIFF_AXIS_D2}};

@@ -21,7 +21,7 @@ REST_LENGTHS = {"as_drawn": messages.REST_LENGTHS_AS_DRAWN, "least_stress": mess
 
 
 def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",
-                  edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "material_frames",
+                  edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "turning_angle",
                   rest_lengths: str = "as_drawn", length_unit_in_metres: float | None = None,
                   youngs_modulus: float | None = None, poissons_ratio: float | None = None,
                   density: float | None = None) -> "messages.Scene":

@@ -23,7 +23,7 @@ TEST_P(BurdDeployment, ReachesTheKnownEnergyInFiftySteps) {
   // A rectangle 3 x 0.75 of E = 3000, nu = 0.38; the public code's energies.
   const LinkageModel model(
       build_linkage_graph(scene::read_line_mesh_file(linkage_file("burd_flat_opt_scaled"))),
-      GetParam().first, {6750, 5062.5, 316.40625, 386.3121963558732});
+      GetParam().first, {6750, 5062.5, 316.40625, 386.3121963558732}, BendingForm::kMaterialFrames);
   LinkageEquilibrium equilibrium(model);
   LinkageState state(model);
   Conditions conditions;

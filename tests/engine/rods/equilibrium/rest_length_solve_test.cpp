@@ -185,7 +185,8 @@ TEST_P(RestLengthReference, ClosesAsThePublicCode) {
   const KnownSolve& known = GetParam();
   const auto path = linkage_file(known.file);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no data";
-  LinkageModel model(build_linkage_graph(scene::read_line_mesh_file(path)), 10, known.stiffness);
+  LinkageModel model(build_linkage_graph(scene::read_line_mesh_file(path)), 10, known.stiffness,
+                     BendingForm::kMaterialFrames);
   LinkageState state(model);
   const RestLengthReport report = solve_rest_lengths(model, state);
   EXPECT_TRUE(report.converged()) << report.message;

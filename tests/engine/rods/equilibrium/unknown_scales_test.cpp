@@ -34,8 +34,11 @@ TEST(UnknownScales, ScaledSectionsAreMeasuredAsTheStifferRodsTheyMake) {
 
 TEST(UnknownScales, SolverMeasuresSectionsThatWereScaledAfterItWasMade) {
   constexpr double kThin = 0.1;
-  const LinkageModel thin = curved_model(1, scaled(kThin));
-  LinkageModel model = curved_model();
+  // By material frames: by turning angles rounding decides about ten of the 47 steps along a flat
+  // valley, and about the seventh digit of where they end.
+  const LinkageGraph graph = curved_model().graph();
+  const LinkageModel thin(graph, 6, scaled(kThin), BendingForm::kMaterialFrames);
+  LinkageModel model(graph, 6, kStrip, BendingForm::kMaterialFrames);
   LinkageEquilibrium equilibrium(model), other(thin);
   LinkageState mine(model), theirs(thin);
   Conditions conditions;

@@ -200,6 +200,27 @@ TEST(LinkageStresses, EnergiesOfEdgesAndVerticesAreTheStates) {
   EXPECT_NEAR(twisting, wanted.twisting, 1e-10 * wanted.twisting);
 }
 
+TEST(LinkageStresses, CurvatureOfTurningAnglesIsTheAngleOverTheLength) {
+  LineMesh line;
+  line.vertices.resize(3, 2);
+  line.vertices << 0, 10, 0, 0, 0, 0;
+  line.edges.resize(2, 1);
+  line.edges << 0, 1;
+  constexpr double kTurn = 1.2;
+  for (const BendingForm form : {BendingForm::kTurningAngle, BendingForm::kMaterialFrames}) {
+    const LinkageModel model(build_linkage_graph(line), 2, testing::kStrip, form);
+    LinkageState state(model);
+    Eigen::VectorXd increment = Eigen::VectorXd::Zero(model.variables().size());
+    const int last = model.variables().position(0, 2);
+    increment.segment<3>(last) << 5 * (std::cos(kTurn) - 1), 5 * std::sin(kTurn), 0;
+    state = state.moved(model, increment);
+    const double curvature = linkage_strains(model, state).turning.col(0).head<2>().norm();
+    const double angle = form == BendingForm::kTurningAngle ? kTurn : 2 * std::tan(0.5 * kTurn);
+    // Frames before and after agree about an axis across both edges.
+    EXPECT_NEAR(curvature, angle / 5, 1e-12);
+  }
+}
+
 TEST(LinkageStresses, UnsymmetricSectionsDistinguishTheirSides) {
   // A triangle that points along d_1: its tip is twice as far from the centroid as its base.
   const Section section = Profile{{{-1, -0.1}, {2, 0}, {-1, 0.1}}, {}};

@@ -161,6 +161,7 @@ TEST(RodEnergy, OfSeveralRodsIsTheSumOfEach) {
     const int first = all.layout->first_node(r), nodes = all.layout->edges(r) + 1;
     const auto layout = std::make_shared<const RodLayout>(std::vector<int>{nodes - 1});
     RodParameters p(*layout);
+    p.form = all.parameters.form;
     for (int i = 0; i < nodes; ++i)
       for (int k = 0; k < RodParameters::kParameters; ++k)
         p(i, static_cast<RodParameters::Parameter>(k)) =

@@ -16,7 +16,7 @@ namespace limber::session::contract {
 /// A hyperboloid of rods, pinned at one joint and opened by its mean angle.
 struct LinkageKind : KindBase<LinkageSession, LinkageResult, LinkageEdit, LinkageListener> {
   static constexpr const char* kName = "Linkages";
-  static constexpr std::size_t kMaxTasks = 1;
+  static constexpr std::size_t kMaxTasks = 2;
   static constexpr bool kReportsProgress = true;
   static constexpr bool kHasStateMessage = true;
   static constexpr bool kBuildCanFail = true;

@@ -41,15 +41,17 @@ class LinkageRecorder : public LinkageListener {
     changed_.notify_all();
   }
 
+  /// Amendments do not count.
   std::shared_ptr<const LinkageResult> wait_final(Revision revision) {
-    std::unique_lock lock(mutex_);
-    std::shared_ptr<const LinkageResult> found;
-    changed_.wait_for(lock, std::chrono::seconds(60), [&] {
-      for (const auto& result : results_)
-        if (result->is_final && result->revision >= revision) found = result;
-      return found != nullptr;
+    return wait_for([&](const LinkageResult& result) {
+      return result.is_final && result.revision >= revision && result.check != Check::kDone;
     });
-    return found;
+  }
+  /// The same as it is published again when it has been checked.
+  std::shared_ptr<const LinkageResult> wait_checked(Revision revision) {
+    return wait_for([&](const LinkageResult& result) {
+      return result.revision >= revision && result.check == Check::kDone;
+    });
   }
   bool wait_state(State state) {
     std::unique_lock lock(mutex_);
@@ -60,6 +62,18 @@ class LinkageRecorder : public LinkageListener {
   [[nodiscard]] std::string message() const { return message_; }
 
  private:
+  template <class IsWanted>
+  std::shared_ptr<const LinkageResult> wait_for(const IsWanted& is_wanted) {
+    std::unique_lock lock(mutex_);
+    std::shared_ptr<const LinkageResult> found;
+    changed_.wait_for(lock, std::chrono::seconds(60), [&] {
+      for (const auto& result : results_)
+        if (is_wanted(*result)) found = result;
+      return found != nullptr;
+    });
+    return found;
+  }
+
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<std::shared_ptr<const LinkageResult>> results_;

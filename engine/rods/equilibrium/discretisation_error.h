@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "engine/base/job.h"
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/rods/linkage/halved_linkage.h"
+
+namespace limber::rods {
+
+/// An equilibrium against the limit of ever finer edges, estimated from the one with half edges.
+/// All forms of bending are of second order: what halving changes is three quarters of the error.
+struct DiscretisationError {
+  /// Largest distance of a joint, a free end or a vertex from where the limit has it [length], and
+  /// the segment where that is, with the joint at its end that is next to it (-1: none).
+  double max_distance = 0;
+  int worst_segment = 0;
+  int worst_joint = -1;
+  /// Of the elastic energy, relative to that of the limit; 0 where there is none.
+  double energy_error = 0;
+  int edges = 0;           // of all segments of the given linkage
+  int compared_edges = 0;  // and of the one with half edges
+  int iterations = 0;      // Newton steps from the one to the other
+  /// Of each segment: what halving changes of its elastic energy [force length].
+  Eigen::VectorXd energy_changes;
+  /// Why there is no estimate; empty: there is one.
+  std::string message;
+
+  [[nodiscard]] bool is_known() const { return message.empty(); }
+};
+
+/// Estimates errors of equilibria of one linkage, again and again: the model with half edges and
+/// its symbolic factorisation stay. Not from several threads at once.
+class DiscretisationEstimator {
+ public:
+  /// @param model  its graph, edges, stiffness and form; sizes may change
+  explicit DiscretisationEstimator(const LinkageModel& model);
+
+  /// Solves for the equilibrium with half edges that is near to the given one.
+  /// @param model       as in the constructor, with the sizes of the shape
+  /// @param state       an equilibrium
+  /// @param conditions  that it is in equilibrium under; pins without positions hold where it is
+  /// @throws Error{kCancelled}, and as LinkageEquilibrium::solve
+  [[nodiscard]] DiscretisationError estimate(const LinkageModel& model, const LinkageState& state,
+                                             const Conditions& conditions,
+                                             const JobContext& job = {});
+
+ private:
+  HalvedLinkage halved_;
+  LinkageEquilibrium equilibrium_;
+};
+
+}  // namespace limber::rods

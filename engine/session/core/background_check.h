@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/job.h"
+#include "engine/session/core/executor.h"
+#include "engine/session/core/serial_task.h"
+
+namespace limber::session {
+
+/// What is found out about final results on a task of its own, beside the session's task, which
+/// publishes it so that results keep their order. Newer edits interrupt it. Its state belongs to
+/// the owner's mutex: "with the lock" means that one.
+template <class Result, class Finding>
+class BackgroundCheck {
+ public:
+  using SharedResult = std::shared_ptr<const Result>;
+  /// Throws Error{kCancelled} where it is interrupted, anything else where nothing can be found.
+  using Find = std::function<Finding(const Result&, const JobContext&)>;
+  struct Found {
+    SharedResult result;
+    std::optional<Finding> finding;
+    std::string failure;  // where there is no finding: why
+  };
+
+  /// @param mutex  the owner's; must outlive this
+  /// @param find  called on the check's task
+  /// @param on_found  called there without the lock: there is something to take()
+  BackgroundCheck(std::mutex& mutex, Executor executor, Find find, std::function<void()> on_found)
+      : mutex_(mutex),
+        task_(mutex, std::move(executor), [] {}),
+        find_(std::move(find)),
+        on_found_(std::move(on_found)) {}
+
+  /// With the lock: this result's check was not begun.
+  [[nodiscard]] bool is_new(const Result& result) const { return result.sequence != begun_for_; }
+
+  /// With the lock, which it takes and may leave without. @param owner  kept alive by the task
+  void begin(std::unique_lock<std::mutex>& lock, const SharedResult& result,
+             std::shared_ptr<void> owner) {
+    begun_for_ = result->sequence;
+    cancellation_ = {};
+    waiting_ = result;
+    std::string refused;
+    task_.post(
+        std::move(lock), [this, owner = std::move(owner)] { run(); }, refused);
+    if (refused.empty()) return;
+    lock = std::unique_lock(mutex_);
+    if (begun_for_ != result->sequence) return;  // an edit came while the executor refused
+    waiting_.reset();
+    found_ = Found{result, {}, std::move(refused)};
+  }
+
+  /// With the lock: what runs or was found is out of date.
+  void stop() {
+    cancellation_.request();
+    waiting_.reset();
+    found_.reset();
+    begun_for_ = 0;
+  }
+
+  /// With the lock.
+  [[nodiscard]] std::optional<Found> take() { return std::exchange(found_, std::nullopt); }
+
+  /// Without the lock.
+  void close(SerialTask::Wait wait) {
+    task_.close(std::unique_lock(mutex_), SerialTask::CloseNotification::kNone, wait);
+  }
+
+ private:
+  void run() {
+    if (!task_.begin()) return;
+    std::unique_lock lock(mutex_);
+    while (waiting_ && !task_.is_closed()) {
+      const SharedResult result = std::exchange(waiting_, nullptr);
+      const Cancellation cancellation = cancellation_;
+      lock.unlock();
+      std::optional<Found> found = find(result, cancellation);
+      lock.lock();
+      if (found && !cancellation.requested()) found_ = std::move(found);
+    }
+    const bool has_news = found_.has_value();
+    task_.finish(std::move(lock));
+    if (has_news) on_found_();
+  }
+
+  /// @returns nothing where it was cancelled
+  std::optional<Found> find(const SharedResult& result, const Cancellation& cancellation) const {
+    Found found{result, {}, {}};
+    try {
+      found.finding = find_(*result, JobContext{cancellation, {}});
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::kCancelled) return std::nullopt;
+      found.failure = error.what();
+    } catch (const std::exception& error) {
+      found.failure = error.what();
+    } catch (...) {
+      found.failure = "unknown exception";
+    }
+    return found;
+  }
+
+  std::mutex& mutex_;
+  SerialTask task_;
+  const Find find_;
+  const std::function<void()> on_found_;
+  // With the lock:
+  std::uint64_t begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
+  Cancellation cancellation_;    // of that check
+  SharedResult waiting_;         // begun, and not taken by the task yet
+  std::optional<Found> found_;
+};
+
+}  // namespace limber::session
