@@ -11,6 +11,7 @@
 #include "engine/scene/linkage.h"
 #include "engine/session/core/executor.h"
 #include "engine/session/core/listener.h"
+#include "engine/session/core/check.h"
 #include "engine/session/core/result_header.h"
 #include "engine/session/linkages/design_values.h"
 #include "engine/session/linkages/document.h"
