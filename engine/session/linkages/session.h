@@ -9,9 +9,9 @@
 
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/scene/linkage.h"
+#include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
 #include "engine/session/core/listener.h"
-#include "engine/session/core/check.h"
 #include "engine/session/core/result_header.h"
 #include "engine/session/linkages/design_values.h"
 #include "engine/session/linkages/document.h"

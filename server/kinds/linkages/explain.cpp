@@ -54,7 +54,7 @@ proto::ExplainResponse explain_linkage(const proto::SessionStatus& status,
   const auto tolerance =
       by_tolerance ? std::optional<double>(linkage.tolerance()) : std::optional<double>();
   const proto::DiscretisationError& error = result.discretisation_error();
-  const bool is_known = result.has_discretisation_error() && error.message().empty();
+  const bool is_known = result.has_discretisation_error() && error.compared_elements() > 0;
   const std::string how = !result.has_discretisation_error()
                               ? std::string("found after the final result: wait until checked")
                           : is_known ? std::string(kHow)

@@ -47,7 +47,8 @@ proto::DiscretisationError encode_shape_check(const session::ShapeCheck& check,
                                               double length_unit) {
   proto::DiscretisationError message;
   message.set_elements(static_cast<std::uint32_t>(check.error.edges));
-  message.set_compared_elements(static_cast<std::uint32_t>(check.error.compared_edges));
+  if (check.error.is_known())
+    message.set_compared_elements(static_cast<std::uint32_t>(check.error.compared_edges));
   message.set_tolerance(check.tolerance);
   message.set_within_tolerance(check.within_tolerance());
   message.set_check_ms(check.check_ms);
