@@ -6,6 +6,7 @@ import limber
 import numpy as np
 import pytest
 from conftest import tip_of
+from linkage_inputs import linkage  # noqa: F401
 from limber.messages import service
 
 
@@ -84,3 +85,28 @@ def test_the_command_line_explains(cli, session):
     assert "modes (r): " in text and "cost: " in text and "Which error to expect" in text
     parsed = json.loads(cli("--json", "explain", session.id).stdout)
     assert {"choices", "errors", "advice"} <= parsed.keys()
+
+
+def test_explains_a_linkage(linkage, cli):  # noqa: F811
+    linkage.wait(until="checked")
+    said = linkage.explain()
+    choices = {choice.name: choice for choice in said.choices}
+    error = linkage.status().result.discretisation_error
+    assert choices["edges per segment"].number > 2 and "equilibria" in choices["path of the solve"].value
+    positions = next(one for one in said.errors if one.quantity == "positions")
+    assert positions.value == error.position_error > 0 and "halved" in positions.method
+    assert any("edges_per_segment" in advice.change for advice in said.advice)
+    assert "positions: " in cli("explain", linkage.id).stdout
+
+
+def test_explains_beams(server, cli):
+    session = server.open(server.sample("arch"), progress=False)
+    session.wait(until="checked")
+    said = session.explain()
+    error = session.status().result.discretisation_error
+    assert {choice.name for choice in said.choices} >= {"elements", "path of the solve"}
+    positions = next(one for one in said.errors if one.quantity == "positions")
+    assert positions.value == error.position_error > 0
+    assert any("elements_per_member" in advice.change for advice in said.advice)
+    assert "Which error to expect" in cli("explain", session.id).stdout
+    session.close()

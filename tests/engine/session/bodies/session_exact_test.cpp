@@ -1,4 +1,5 @@
 // Final results are optima of the full rotation-strain map, shown by full reconstruction.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "engine/reduced/full_reconstruction.h"
@@ -171,6 +172,55 @@ TEST(SessionExact, CancellingTheStepLeavesAnAnswer) {
   ASSERT_TRUE(result);
   EXPECT_TRUE(result->is_final);
   EXPECT_TRUE(result->coordinates.allFinite());
+}
+
+TEST(SessionExact, ABodyOfOneTet) {
+  scene::Scene scene = test::bent_bar();
+  scene.mesh.nodes = (Eigen::Matrix3Xd(3, 4) << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1).finished();
+  scene.mesh.tets = Eigen::Vector4i(0, 1, 2, 3);
+  scene.mesh.tet_material.assign(1, 0);
+  scene.fixed_nodes = {0, 1, 2};
+  scene.model = {};
+  scene.constraints = {held(10, 3, {0.1, 0.2, 0.1}), held(20, 3, {-0.1, 0.1, -0.1})};
+  Live live(scene);
+  const auto result = live.recorder->wait_final(0);
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->is_exact);
+  EXPECT_EQ(result->report.status, SolveStatus::kConverged) << result->report.message;
+  const Eigen::MatrixXd u = full_motion(scene, live.session, *result);
+  EXPECT_LT((shown_motion(*result) - u).norm(), 1e-6 * u.norm());
+}
+
+/// What the basis cannot hold is said, with what was reached; energies are exact all the same.
+TEST(SessionExact, ASceneThatAsksForOneMillionth) {
+  scene::Scene scene = coarse_bar();
+  scene.model.basis_size = scene.model.cubature_size = 0;
+  scene.model.tolerance = 1.01e-6;
+  Live live(scene);
+  const auto result = live.recorder->wait_final(0);
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->is_exact);
+  EXPECT_EQ(result->report.status, SolveStatus::kConverged) << result->report.message;
+  const auto checked = live.recorder->wait_checked(0);
+  ASSERT_TRUE(checked && checked->motion_check);
+  const double error = checked->motion_check->error.shape_error;
+  EXPECT_LT(error, 1e-4);
+  if (error > scene.model.tolerance) {
+    EXPECT_THAT(checked->report.message, ::testing::HasSubstr("off by"));
+  }
+}
+
+TEST(SessionExact, ACancelledShowLeavesTheLastBasis) {
+  Live live(coarse_bar());
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  // An edit right behind another interrupts the exact step or its frames of the first.
+  for (int i = 0; i < 20; ++i) live.session.edit({MoveConstraint{1, {0.02, 0.25 + 0.01 * i, 0.1}}});
+  const auto last = live.recorder->wait_final(live.session.revision());
+  ASSERT_TRUE(last);
+  EXPECT_TRUE(last->is_exact);
+  EXPECT_EQ(last->coordinates.rows(), last->shown->basis->cols());
+  EXPECT_EQ(live.recorder->fault(), "");
 }
 
 }  // namespace
