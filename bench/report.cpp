@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,6 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPython = "/usr/bin/python3";
+// Of the child that becomes it: the same program, also where a build has replaced the file since.
+constexpr const char* kThisProgram = "/proc/self/exe";
 
 enum class Part { kAlways, kWhole };            // of a report: what --quick leaves out is kWhole
 enum class SuiteSize { kQuick, kFull, kSame };  // kSame: --quick where the report is
@@ -39,7 +42,7 @@ constexpr ReportRun kRuns[] = {
     {"build", "build", SuiteSize::kSame, Part::kAlways, ""},
     {"basis", "basis", SuiteSize::kQuick, Part::kWhole, ""},
     {"cubature", "cubature", SuiteSize::kQuick, Part::kAlways, ""},
-    {"editors", "editors", SuiteSize::kQuick, Part::kAlways, ""},
+    {"editors", "editors", SuiteSize::kSame, Part::kAlways, ""},
     {"exact", "exact", SuiteSize::kQuick, Part::kAlways, "bent by,twisted by,liver,raptor,ditto",
      "bent by,liver", 3},
     {"spacetime", "spacetime", SuiteSize::kQuick, Part::kAlways, ""},
@@ -74,8 +77,17 @@ struct Variable {
 
 enum class Output { kShown, kHidden };
 
-/// @returns the program's exit code, 128 + the signal that ended it
-int run_program(const std::vector<std::string>& command, const Variable& variable, Output output) {
+struct Ended {
+  int status = 0;          // exit code, 128 + the signal that ended it
+  double cpu_seconds = 0;  // of the program and what it started and waited for
+};
+
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+Ended run_program(const std::vector<std::string>& command, const Variable& variable,
+                  Output output) {
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("cannot start a process");
   if (child == 0) {
@@ -94,14 +106,16 @@ int run_program(const std::vector<std::string>& command, const Variable& variabl
     _exit(127);
   }
   int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+          seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
 }
 
 const Variable kOnly{"LIMBER_BENCH_ONLY", ""};
 
 Case run_suite(const ReportRun& run, const SuiteOptions& options, const fs::path& raw) {
-  std::vector<std::string> command{fs::read_symlink("/proc/self/exe").string(), run.suite, "--json",
+  std::vector<std::string> command{kThisProgram, run.suite, "--json",
                                    (raw / (std::string(run.id) + ".json")).string()};
   const bool is_quick =
       run.size == SuiteSize::kQuick || (run.size == SuiteSize::kSame && options.quick);
@@ -124,11 +138,12 @@ Case run_suite(const ReportRun& run, const SuiteOptions& options, const fs::path
   entry["quick"] = is_quick;
   entry["repeats"] = repeats;
   entry["only"] = only;
-  int status = 0;
+  Ended ended;
   entry["seconds"] = 1e-3 * milliseconds([&] {
-                       status = run_program(command, {kOnly.name, only}, Output::kHidden);
+                       ended = run_program(command, {kOnly.name, only}, Output::kHidden);
                      });
-  entry["status"] = status;
+  entry["cpu_seconds"] = ended.cpu_seconds;
+  entry["status"] = ended.status;
   return entry;
 }
 
@@ -137,7 +152,7 @@ Case run_suite(const ReportRun& run, const SuiteOptions& options, const fs::path
 int make_report(const SuiteOptions& options, const fs::path& folder,
                 const std::vector<std::string>& suites, Recorder& recorder) {
   const std::string script = source_folder() + "/bench/report/make_page.py";
-  if (run_program({kPython, script, "--check"}, kOnly, Output::kShown) != 0)
+  if (run_program({kPython, script, "--check"}, kOnly, Output::kShown).status != 0)
     throw std::runtime_error("the page cannot be drawn here, see above; nothing was measured");
   const fs::path raw = folder / "raw";
   fs::remove_all(raw);
@@ -151,7 +166,7 @@ int make_report(const SuiteOptions& options, const fs::path& folder,
   report["load_before"] = load_average();
   report["runs"] = Case::array();
   int failed = 0;
-  double seconds = 0;
+  double seconds = 0, cpu_seconds = 0;
   for (const ReportRun& run : kRuns) {
     if (std::find(suites.begin(), suites.end(), run.suite) == suites.end()) continue;
     if (options.quick && run.part == Part::kWhole) continue;
@@ -159,16 +174,18 @@ int make_report(const SuiteOptions& options, const fs::path& folder,
     report["runs"].push_back(run_suite(run, options, raw));
     const Case& entry = report["runs"].back();
     seconds += entry["seconds"].get<double>();
+    cpu_seconds += entry["cpu_seconds"].get<double>();
     if (entry["status"] != 0) ++failed;
   }
   report["load_after"] = load_average();
   report["seconds"] = seconds;
+  report["cpu_seconds"] = cpu_seconds;
   std::ofstream file(raw / "report.json");
   file << report.dump(2) << "\n";
   file.close();
   if (!file) throw std::runtime_error("cannot write " + (raw / "report.json").string());
   if (failed > 0) recorder.note(fmt::format("report: {} suites failed", failed));
-  const int drawn = run_program({kPython, script, folder.string()}, kOnly, Output::kShown);
+  const int drawn = run_program({kPython, script, folder.string()}, kOnly, Output::kShown).status;
   return failed > 0 || drawn != 0 ? 1 : 0;
 }
 

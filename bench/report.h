@@ -11,7 +11,8 @@ namespace limber::bench {
 /// that suit a report of minutes, and draws the page (bench/report/make_page.py).
 ///
 /// Writes to `folder`: raw/ID.json, what each suite wrote; raw/report.json, the machine, the
-/// commit, the load before and after, and of each run its suite, arguments, seconds and exit code;
+/// commit, the load before and after, and of each run its suite, arguments, seconds, CPU
+/// seconds and exit code;
 /// index.html, README.md and plots/*.svg. What an earlier report left in raw/ and plots/ is
 /// removed. A suite that fails is said to have failed on the page.
 /// @param suites  names that there are: runs of others are left out

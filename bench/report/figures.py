@@ -43,7 +43,7 @@ class Figure:
 
 @dataclass
 class Points:
-    """A line with its numbers, in the order of x."""
+    """A line with its numbers, in the order of the rows, which is that of the knob."""
 
     line: Line
     x: "list[float]" = field(default_factory=list)
@@ -56,8 +56,8 @@ def points_of(figure: Figure, raw: Raw) -> "list[Points]":
     for line in figure.lines:
         y = line.y or figure.y
         chosen = rows.select(raw.cases.get(line.run, []), line.where)
-        pairs = sorted((float(row[figure.x]), max(float(row[y]), figure.floor)) for row in chosen
-                       if row.get(figure.x) is not None and row.get(y) is not None and row[figure.x] > 0)
+        pairs = [(float(row[figure.x]), max(float(row[y]), figure.floor)) for row in chosen
+                 if row.get(figure.x) is not None and row.get(y) is not None and row[figure.x] > 0]
         if pairs:
             found.append(Points(line, [x for x, _ in pairs], [y for _, y in pairs]))
     return found
@@ -169,7 +169,7 @@ def _rods_and_beams() -> "list[Figure]":
         "cpu_ms", "distance", "CPU time [ms]", "distance, relative",
         [Line("limber", "design_error", {"method": "limber"}),
          Line("without the guard against buckling", "design_error", {"method": "limber, no guard"}, POINTS)]))
-    for key, case in (("cantilever", "cantilever, alpha 10"), ("bend", "45 degree bend, F 600, J 1/6")):
+    for key, case in (("cantilever", "cantilever, alpha 10.0"), ("bend", "45 degree bend, F 600, J 1/6")):
         paper = case if key == "cantilever" else "45 degree bend, F 600, J 1/6, lengths over 100"
         figures.append(Figure(
             f"beams_{key}", f"Beams: {case}",

@@ -14,7 +14,8 @@ goals.json is a list of objects:
     direction  "at most" or "at least"
     target     the number
     unit       of both
-    claimed    where it is claimed, or "goal" where it is one that the project sets itself
+    claimed    the file that claims it, "here" where this row is the claim, "goal" where the project wants it and does not
+               claim to have it
 """
 
 from __future__ import annotations
@@ -92,6 +93,10 @@ def measure(goal: "dict[str, Any]", raw: Raw) -> float:
     chosen = rows.select(raw.cases[goal["run"]], goal["where"])
     if not chosen:
         raise LookupError(f"the run {goal['run']} has no such row")
+    for key, wanted in goal["where"].items():
+        for value in wanted if isinstance(wanted, list) else []:
+            if not any(row.get(key) == value for row in chosen):
+                raise LookupError(f"the run {goal['run']} has no such row of {key} {value}")
     values = []
     for row in chosen:
         value = row.get(goal["value"])

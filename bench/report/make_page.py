@@ -14,6 +14,7 @@ import figures
 import fits
 import goals
 import rows
+import tables
 from goals import Outcome
 from page import Block, Cell, Heading, Paragraph, Picture, Table, to_html, to_markdown
 
@@ -38,7 +39,7 @@ def machine_blocks(raw: rows.Raw) -> "list[Block]":
         ["compiler", str(machine["compiler"])], ["build type", str(machine["build_type"])],
         ["commit", str(report["commit"])],
         ["load of the last minute, before and after", ", ".join(shown)],
-        ["duration", f"{report.get('seconds', 0) / 60:.1f} minutes{', --quick' if report.get('quick') else ''}"]])]
+        ["duration", f"{report['seconds'] / 60:.1f} minutes, {report['cpu_seconds'] / 60:.1f} of CPU time"]])]
     busy = [load for load in loads[:1] if load is not None and load > 0.5]
     if busy:
         blocks.append(Paragraph("Something else was running when this began: times are longer than on an idle machine, and "
@@ -63,7 +64,7 @@ def goal_blocks(raw: rows.Raw) -> "list[Block]":
         Heading(2, "Goals"),
         Paragraph(f"Each figure that the project claims or wants, from bench/report/goals.json, against this run: "
                   f"{counts[Outcome.MET]} met, {counts[Outcome.MISSED]} missed, {counts[Outcome.NOT_MEASURED]} not measured "
-                  f"here. \"goal\" is what the project wants and does not claim to have."),
+                  f"here. \"here\": this row is the claim; \"goal\": the project wants it and does not claim to have it."),
         Table(["what", "target", "measured", "", "claimed in", "key"], table)]
 
 
@@ -110,22 +111,51 @@ def growth_blocks(raw: rows.Raw, plots: Path) -> "list[Block]":
     return blocks
 
 
+def cell_of(row: rows.Row, column: tuple) -> str:
+    value = row.get(column[1])
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (int, float)) and len(column) > 2:
+        value *= column[2]
+    if isinstance(value, float):
+        return number(value)
+    return str(value)
+
+
+def table_blocks(raw: rows.Raw) -> "list[Block]":
+    blocks: "list[Block]" = [Heading(2, "Tables"), Paragraph("Rows of the raw data, the fields that matter most.")]
+    for table in tables.TABLES:
+        chosen = tables.rows_of(table, raw)
+        if not chosen:
+            continue
+        blocks.append(Heading(3, table.title))
+        if table.text:
+            blocks.append(Paragraph(table.text))
+        blocks.append(Table([column[0] for column in table.columns],
+                            [[cell_of(row, column) for column in table.columns] for row in chosen]))
+    return blocks
+
+
 def run_blocks(raw: rows.Raw) -> "list[Block]":
     table = []
     for run in raw.report["runs"]:
         words = ["limber-bench", run["suite"], *(["--quick"] if run["quick"] else []), "--repeats", str(run["repeats"])]
         only = f"LIMBER_BENCH_ONLY='{run['only']}' " if run["only"] else ""
         count = str(len(raw.cases[run["id"]])) if run["id"] in raw.cases else "failed"
-        table.append([run["id"], only + " ".join(words), f"{run['seconds']:.1f}", count])
+        table.append([run["id"], only + " ".join(words), f"{run['seconds']:.1f}", f"{run['cpu_seconds']:.1f}",
+                      count])
     return [Heading(2, "Runs"), Paragraph("What was run, in this order; raw/ID.json has the rows."),
-            Table(["ID", "command", "seconds", "rows"], table)]
+            Table(["ID", "command", "seconds", "of CPU", "rows"], table)]
 
 
 def blocks_of(raw: rows.Raw, plots: Path) -> "list[Block]":
     how = "limber-bench report" + (" --quick" if raw.report.get("quick") else "")
     figures.add_derived(raw)
     return [Heading(1, TITLE), Paragraph(f"Written by `{how}`; all numbers are from its raw data in raw/."),
-            *machine_blocks(raw), *goal_blocks(raw), *trade_off_blocks(raw, plots), *growth_blocks(raw, plots), *run_blocks(raw)]
+            *machine_blocks(raw), *goal_blocks(raw), *trade_off_blocks(raw, plots), *growth_blocks(raw, plots), *table_blocks(raw),
+            *run_blocks(raw)]
 
 
 def check() -> int:

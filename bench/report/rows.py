@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Iterable
+from typing import Any, Dict, Iterable
 
-Row = "dict[str, Any]"
+Row = Dict[str, Any]
 
 
 @dataclass
@@ -49,7 +49,7 @@ def matches(row: Row, where: "dict[str, Any]") -> bool:
             if value not in wanted:
                 return False
         elif isinstance(wanted, dict):
-            if not isinstance(value, (int, float)):
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
                 return False
             if value < wanted.get("at least", value) or value > wanted.get("at most", value):
                 return False
