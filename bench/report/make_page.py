@@ -40,10 +40,14 @@ def machine_blocks(raw: rows.Raw) -> "list[Block]":
         ["commit", str(report["commit"])],
         ["load of the last minute, before and after", ", ".join(shown)],
         ["duration", f"{report['seconds'] / 60:.1f} minutes, {report['cpu_seconds'] / 60:.1f} of CPU time"]])]
-    busy = [load for load in loads[:1] if load is not None and load > 0.5]
-    if busy:
+    busy = max([load for load in loads if load is not None], default=0)
+    if (loads[0] or 0) > 0.5:
         blocks.append(Paragraph("Something else was running when this began: times are longer than on an idle machine, and "
                                 "differ from run to run. Ratios of times of one run differ less."))
+    if busy > 1.5 * machine["cores"]:
+        blocks.append(Paragraph("Much else was running: each process had a part of a core, so that wall times are several "
+                                "times those of an idle machine. Errors, bytes and counts are as good as ever; times, goals "
+                                "of times and exponents are worth measuring again."))
     if not report.get("has_public_data", True):
         blocks.append(Paragraph("Without the public data: what needs it is not measured."))
     if raw.failed:
