@@ -85,7 +85,9 @@ class GrowingProblem {
     const bool is_large = shape.frames > 20000;
     std::vector<double> cold;
     std::unique_ptr<spacetime::Solver> solver;
-    for (int i = 0; i < (is_large ? 1 : 3); ++i) {
+    const int repeats = is_large ? 1 : 3;
+    cold.reserve(static_cast<std::size_t>(repeats));
+    for (int i = 0; i < repeats; ++i) {
       cold.push_back(milliseconds([&] {
         solver =
             std::make_unique<spacetime::Solver>(kinematics, problem.dynamics, problem.timeline);

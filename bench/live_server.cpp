@@ -27,6 +27,7 @@ ServerProcess::ServerProcess(const std::string& binary) {
   pid_ = fork();
   if (pid_ == 0) {
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     execv(binary.c_str(), argv.data());
@@ -86,11 +87,11 @@ pb::Reply LiveClient::call(pb::Request request) {
   pb::Reply reply;
   do {
     if (!requests_.recv(message)) throw std::runtime_error("no reply within two minutes");
-    if (message.size() == 0) continue;
+    if (message.empty()) continue;
     if (!reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) {
       throw std::runtime_error("a reply that is no limber.v1.Reply");
     }
-  } while (message.size() == 0 || reply.id() != last_id_);
+  } while (message.empty() || reply.id() != last_id_);
   if (reply.has_error())
     throw std::runtime_error(reply.error().message() + " (" + reply.error().field() + ")");
   return reply;

@@ -79,6 +79,7 @@ int main(int argc, char** argv) {
   if (suite == "report") {
     try {
       std::vector<std::string> available;
+      available.reserve(suites.size());
       for (const auto& [name, unused] : suites) available.push_back(name);
       return limber::bench::make_report(options, out, available, recorder);
     } catch (const std::exception& error) {

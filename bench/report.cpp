@@ -100,6 +100,7 @@ Ended run_program(const std::vector<std::string>& command, const Variable& varia
     else
       setenv(variable.name.c_str(), variable.value.c_str(), 1);
     std::vector<char*> argv;
+    argv.reserve(command.size() + 1);
     for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     execv(argv[0], argv.data());
@@ -147,6 +148,15 @@ Case run_suite(const ReportRun& run, const SuiteOptions& options, const fs::path
   return entry;
 }
 
+/// Files of an earlier report, and nothing else that may be in a folder.
+void remove_files(const fs::path& folder, const std::string& ending) {
+  if (!fs::is_directory(folder)) return;
+  std::vector<fs::path> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().extension() == ending) found.push_back(entry);
+  for (const fs::path& path : found) fs::remove(path);
+}
+
 }  // namespace
 
 int make_report(const SuiteOptions& options, const fs::path& folder,
@@ -155,8 +165,8 @@ int make_report(const SuiteOptions& options, const fs::path& folder,
   if (run_program({kPython, script, "--check"}, kOnly, Output::kShown).status != 0)
     throw std::runtime_error("the page cannot be drawn here, see above; nothing was measured");
   const fs::path raw = folder / "raw";
-  fs::remove_all(raw);
-  fs::remove_all(folder / "plots");
+  remove_files(raw, ".json");
+  remove_files(folder / "plots", ".svg");
   fs::create_directories(raw);
   Case report;
   report["quick"] = options.quick;

@@ -13,8 +13,8 @@ namespace limber::bench {
 /// Writes to `folder`: raw/ID.json, what each suite wrote; raw/report.json, the machine, the
 /// commit, the load before and after, and of each run its suite, arguments, seconds, CPU
 /// seconds and exit code;
-/// index.html, README.md and plots/*.svg. What an earlier report left in raw/ and plots/ is
-/// removed. A suite that fails is said to have failed on the page.
+/// index.html, README.md and plots/*.svg. Earlier raw/*.json and plots/*.svg are removed. A suite
+/// that fails is said to have failed on the page.
 /// @param suites  names that there are: runs of others are left out
 /// @returns the program's exit code: 0, or 1 where a suite or the page failed
 /// @throws std::runtime_error where the page cannot be drawn here (no Python with matplotlib),
