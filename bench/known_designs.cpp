@@ -90,6 +90,7 @@ void for_each_design(
   for (const LinkageCase& named : linkage_cases()) {
     const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
     if (named.known_wall == 0) continue;  // burd at other subdivisions
+    if (!is_selected(named.name)) continue;
     if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
       recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
       continue;

@@ -10,8 +10,8 @@
 
 namespace limber::bench {
 
-/// Measures each linkage that there are public figures of. What is left out, and what fails, is
-/// noted.
+/// Measures each linkage that there are public figures of, of those that $LIMBER_BENCH_ONLY
+/// selects. What is left out, and what fails, is noted.
 /// @param measure  gets the case and the path of its drawing
 void for_each_design(
     const SuiteOptions& options, Recorder& recorder,

@@ -1,4 +1,5 @@
 // Linkages from the drawn shape to the deployed one, as the public code's measured runs do it.
+// $LIMBER_BENCH_ONLY: only linkages whose names contain it.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -183,6 +184,7 @@ Case measure_linkage(LinkageCase named, rods::BendingForm form, const std::strin
 
 void linkage_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const LinkageCase& named : linkage_cases()) {
+    if (!is_selected(named.name)) continue;
     const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
     if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
       recorder.note(fmt::format("{} left out: {} is not there", named.name, path));

@@ -4,23 +4,15 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <thread>
 
+#include "bench/machine.h"
+#include "bench/report.h"
 #include "bench/suite.h"
 #include "bench/table.h"
 
 namespace {
 
 using limber::bench::Case;
-
-std::string machine_name() {
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  std::string line;
-  while (std::getline(cpuinfo, line)) {
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
-}
 
 /// Columns are as wide as their widest cell: the table comes at the end, progress until then is
 /// printed on stderr.
@@ -39,7 +31,8 @@ void write_json(const std::string& path, const std::string& suite, bool quick,
   Case document;
   document["suite"] = suite;
   document["quick"] = quick;
-  document["machine"] = {{"cpu", machine_name()}, {"threads", std::thread::hardware_concurrency()}};
+  document["machine"] = limber::bench::describe_machine();
+  document["load"] = limber::bench::load_average();
   document["cases"] = cases;
   std::ofstream file(path);
   file << document.dump(2) << "\n";
@@ -55,7 +48,8 @@ int main(int argc, char** argv) {
 #endif
   };
   CLI::App app{
-      "Measures limber: prints a table of its cases; --json writes them for machines.\n"
+      "Measures limber: prints a table of its cases; --json writes them for machines. The suite\n"
+      "`report` runs all that a report of minutes needs and writes a page with plots.\n"
       "Times are medians of repeated calls within one run; machines differ, so compare ratios."};
   std::string suite;
   std::string json;
@@ -63,11 +57,14 @@ int main(int argc, char** argv) {
   if (const char* shared = std::getenv("LIMBER_SHARED")) options.shared_folder = shared;
   std::string names;
   for (const auto& [name, unused] : suites) names += (names.empty() ? "" : ", ") + name;
-  app.add_option("suite", suite, "One of: " + names)->required();
+  std::string out = "docs/report";
+  app.add_option("suite", suite, "One of: report, " + names)->required();
   app.add_option("--json", json, "Also write {\"machine\": ..., \"cases\": [...]} to this file");
   app.add_flag(
       "--quick", options.quick,
-      "Finish within 40 s: fewer or smaller cases (the omitted ones are listed on stderr)");
+      "Finish within 40 s: fewer or smaller cases (the omitted ones are listed on stderr);\n"
+      "a report within 4 minutes");
+  app.add_option("--out", out, "Folder that `report` writes to (default: docs/report)");
   app.add_option("--repeats", options.repeats, "Runs of each timed piece of work")
       ->check(CLI::Range(1, 1000));
   app.add_option("--shared", options.shared_folder,
@@ -78,12 +75,23 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   if (options.shared_folder.empty() && std::filesystem::exists("../shared/data"))
     options.shared_folder = "../shared";
+  Collector recorder;
+  if (suite == "report") {
+    try {
+      std::vector<std::string> available;
+      available.reserve(suites.size());
+      for (const auto& [name, unused] : suites) available.push_back(name);
+      return limber::bench::make_report(options, out, available, recorder);
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "limber-bench: {}\n", error.what());
+      return 1;
+    }
+  }
   const auto found = suites.find(suite);
   if (found == suites.end()) {
-    fmt::print(stderr, "limber-bench: no suite \"{}\"; there are: {}\n", suite, names);
+    fmt::print(stderr, "limber-bench: no suite \"{}\"; there are: report, {}\n", suite, names);
     return 2;
   }
-  Collector recorder;
   int status = 0;
   try {
     found->second(options, recorder);

@@ -1,5 +1,9 @@
 // Full rotation-strain reconstruction of a frame against the reduced one, speed against error on
-// held-out poses.
+// held-out poses. $LIMBER_BENCH_ONLY: only bodies whose names contain it.
+//
+// Without --quick also what else one could do: rows with `cubature` "linear modes",
+// "modal warping" and "full" are of whole shapes in double precision, 3n numbers a frame;
+// batch_us_per_frame is of whole shapes there, of coordinates q in the others.
 #include <fmt/core.h>
 
 #include "bench/suite.h"
@@ -7,6 +11,7 @@
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/pose_sampling.h"
 #include "engine/reduced/reduced_model.h"
+#include "tests/support/reconstruction.h"
 
 namespace limber::bench {
 namespace {
@@ -82,10 +87,41 @@ Case measure(const std::string& name, const bodies::ElasticBody& body,
   return result;
 }
 
+/// The alternatives on the same poses.
+void add_alternatives(const std::string& name, const bodies::ElasticBody& body,
+                      const reduced::ReducedModel& model, const Reference& truth,
+                      const SuiteOptions& options, Recorder& recorder) {
+  const reduced::ScaledModes modes{model.eigenvalues, model.modes, model.rigid_count,
+                                   model.mechanism_count};
+  const auto linear = reduced::make_linear_reconstruction(body, modes);
+  const auto warped = reduced::make_warped_reconstruction(body, modes);
+  const auto full = reduced::make_full_reconstruction(body, modes);
+  for (const auto& [kind, shapes] : {std::pair{"linear modes", linear.get()},
+                                     {"modal warping", warped.get()},
+                                     {"full", full.get()}}) {
+    Eigen::MatrixXd u;
+    std::vector<double> times;
+    for (int i = 0; i < options.repeats; ++i)
+      times.push_back(1e3 * milliseconds([&] { u = shapes->displacements(0, truth.z); }) /
+                      static_cast<double>(truth.z.cols()));
+    const Eigen::VectorXd errors =
+        ((u - truth.u).colwise().norm().array() / truth.u.colwise().norm().array()).transpose();
+    Case row;
+    row["scene"] = name;
+    row["tets"] = body.mesh.tet_count();
+    row["cubature"] = kind;
+    row["batch_us_per_frame"] = median(times);
+    row["error_mean"] = errors.mean();
+    row["error_max"] = errors.maxCoeff();
+    recorder.add(row);
+  }
+}
+
 }  // namespace
 
 void reconstruct_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const std::string name : {"beam", "dino", "bunny", "Armadillo13K"}) {
+    if (!is_selected(name)) continue;
     const auto named = load_body(name, options);
     if (!named) {
       recorder.note(fmt::format("reconstruct: no {} (public data not found)", name));
@@ -101,8 +137,10 @@ void reconstruct_suite(const SuiteOptions& options, Recorder& recorder) {
       recorder.note(fmt::format("reconstruct: {}, {}, h = {}, T = {}", name, kind,
                                 requested.basis_size, requested.cubature_size));
       const reduced::ReducedModel model = reduced::build_model(named->body, requested);
-      if (truth.z.size() == 0)
+      if (truth.z.size() == 0) {
         truth = reference(named->body, model, options.quick ? 40 : 100, options.repeats);
+        if (!options.quick) add_alternatives(name, named->body, model, truth, options, recorder);
+      }
       recorder.add(measure(name, named->body, model, truth, kind, options));
     };
     reduced::ModelOptions requested;

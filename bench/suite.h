@@ -56,6 +56,18 @@ void beams_suite(const SuiteOptions& options, Recorder& recorder);
 void exact_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_errors_suite(const SuiteOptions& options, Recorder& recorder);
+// Of the report: time against error, growth, and what scripts/check-ratios guards.
+void spacetime_error_suite(const SuiteOptions& options, Recorder& recorder);
+void material_error_suite(const SuiteOptions& options, Recorder& recorder);
+void linkage_error_suite(const SuiteOptions& options, Recorder& recorder);
+void design_error_suite(const SuiteOptions& options, Recorder& recorder);
+void streams_suite(const SuiteOptions& options, Recorder& recorder);
+void growth_bodies_suite(const SuiteOptions& options, Recorder& recorder);
+void growth_linkages_suite(const SuiteOptions& options, Recorder& recorder);
+void growth_beams_suite(const SuiteOptions& options, Recorder& recorder);
+void growth_sessions_suite(const SuiteOptions& options, Recorder& recorder);
+void growth_subscribers_suite(const SuiteOptions& options, Recorder& recorder);
+void ratios_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come
@@ -72,10 +84,17 @@ struct NamedBody {
 /// The elastic body of a scene, in SI.
 [[nodiscard]] NamedBody body_of_scene(const scene::Scene& scene);
 
-/// Whether $LIMBER_BENCH_ONLY is part of the name, or not set.
+/// Whether $LIMBER_BENCH_ONLY, or one of the parts that commas divide it into, is part of the name;
+/// also where it is not set.
 [[nodiscard]] inline bool is_selected(const std::string& name) {
   const char* const only = std::getenv("LIMBER_BENCH_ONLY");
-  return only == nullptr || name.find(only) != std::string::npos;
+  if (only == nullptr) return true;
+  const std::string parts = only;
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = parts.find(',', begin);
+    if (name.find(parts.substr(begin, end - begin)) != std::string::npos) return true;
+  }
+  return false;
 }
 
 /// Milliseconds of one call.

@@ -64,6 +64,27 @@ def test_bench_of_beams_compares_with_the_papers_chart(tmp_path):
     assert chart["45 degree bend, F 300, J 1/6, lengths over 100"]["error"] < 0.002
 
 
+def test_a_report_that_cannot_be_drawn_measures_nothing(limberd, tmp_path):
+    (tmp_path / "matplotlib.py").write_text("raise ImportError('made up')\n")
+    process = run([find_binary("limber-bench"), "report", "--out", tmp_path / "out"], tmp_path, PYTHONPATH=str(tmp_path))
+    assert process.returncode == 1
+    assert "apt-get install python3-matplotlib" in process.stderr and "nothing was measured" in process.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_ratios_compare_the_same_answers_and_cases_are_chosen_by_parts_of_names(limberd, tmp_path):
+    process = run([find_binary("limber-bench"), "ratios", "--quick", "--json", "rows.json"], tmp_path,
+                  LIMBER_BENCH_ONLY="factor of,steps of a grid")
+    assert process.returncode == 0, process.stderr
+    document = json.loads((tmp_path / "rows.json").read_text())
+    assert document["machine"]["simd"].startswith("x86-64") and document["machine"]["cores"] >= 1
+    rows = {row["pair"]: row for row in document["cases"]}
+    assert set(rows) == {"factor of a linkage", "steps of a gridshell"}
+    for row in rows.values():
+        assert row["difference"] <= 1e-5 and row["ratio_least"] <= row["ratio"] <= row["ratio_most"]
+        assert row["ours_cpu_ms"] > 0 and row["plain_cpu_ms"] > 0
+
+
 @pytest.fixture
 def build(tmp_path):
     """scripts/build in a folder of its own, with a cmake that tells how it was called."""

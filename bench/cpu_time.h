@@ -1,0 +1,23 @@
+#pragma once
+
+#include <ctime>
+
+namespace limber::bench {
+
+/// CPU time of all threads of the process [s]: what other processes on the machine take is no part
+/// of it.
+[[nodiscard]] inline double process_cpu_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// CPU seconds of one call.
+template <typename Work>
+[[nodiscard]] double cpu_seconds(Work&& work) {
+  const double start = process_cpu_seconds();
+  work();
+  return process_cpu_seconds() - start;
+}
+
+}  // namespace limber::bench
