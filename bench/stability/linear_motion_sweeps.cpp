@@ -28,6 +28,7 @@ constexpr double kAllowedEnergy = 1e-6;
 // Of motions, in units of the limit of energies: these are flat about an optimum.
 constexpr double kAllowedMotion = 1e-5;
 constexpr int kFrames = 40;
+constexpr double kNoMotion = 1e-12;  // weights that hardly pull may be left to rest
 
 Claim claim_of(const SolveReport& report) {
   return report.status == SolveStatus::kConverged ? Claim::kConverged : Claim::kNotConverged;
@@ -55,7 +56,8 @@ Finding against_dense(const LinearKinematics& kinematics, const ModeDynamics& dy
   finding.is_finite = solver.motion().allFinite() && std::isfinite(report.total_energy);
   const double scale = std::max(dense.energy, 1e-8 * energy_at_rest(kinematics, constraints));
   const double energy_error = std::abs(report.total_energy - dense.energy) / scale;
-  const double motion_error = (solver.motion() - dense.z).norm() / dense.z.norm();
+  const double motion_error =
+      (solver.motion() - dense.z).norm() / std::max(dense.z.norm(), kNoMotion);
   finding.error = std::max(energy_error, motion_error * kAllowedEnergy / kAllowedMotion);
   finding.allowed = kAllowedEnergy;
   finding.message = fmt::format("{} iterations, energy off by {:.2g}, motion by {:.2g}. {}",

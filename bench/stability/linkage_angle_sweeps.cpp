@@ -90,7 +90,8 @@ Finding unfolded(double missing) {
   LinkageEquilibrium equilibrium(model);
   const EquilibriumReport report = equilibrium.solve(state, {});
   Finding finding = finding_of(report, model, state);
-  finding.error = report.energies.total();
+  // Infinite where the edge is folded back entirely, which is then said.
+  finding.error = report.converged() ? report.energies.total() : 0;
   finding.allowed = kAllowedNothing;
   return finding;
 }
