@@ -93,20 +93,25 @@ int main(int argc, char** argv) {
     return 2;
   }
   int status = 0;
+  bool is_complete = true;
   try {
     found->second(options, recorder);
+  } catch (const limber::bench::Refuted& refuted) {
+    fmt::print(stderr, "limber-bench: {}\n", refuted.what());
+    status = 1;
   } catch (const std::exception& error) {
     fmt::print(stderr, "limber-bench: {}\n", error.what());
     status = 1;
+    is_complete = false;
   }
   // What was measured before a failure is shown, but no file is left that looks whole.
   fmt::print("{}", limber::bench::table_of(recorder.cases()));
-  if (status != 0 || json.empty()) return status;
+  if (!is_complete || json.empty()) return status;
   try {
     write_json(json, suite, options.quick, recorder.cases());
   } catch (const std::exception& error) {
     fmt::print(stderr, "limber-bench: {}\n", error.what());
     return 1;
   }
-  return 0;
+  return status;
 }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,14 @@ void growth_beams_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_sessions_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_subscribers_suite(const SuiteOptions& options, Recorder& recorder);
 void ratios_suite(const SuiteOptions& options, Recorder& recorder);
+void stability_suite(const SuiteOptions& options, Recorder& recorder);
+
+/// Thrown by a suite at its end, whose cases are complete but not as they must be: they are written
+/// all the same, and the program fails.
+class Refuted : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come

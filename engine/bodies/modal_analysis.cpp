@@ -118,6 +118,7 @@ double energy_noise(const Eigen::SparseMatrix<double>& absolute_stiffness,
 struct FullPairs {
   Eigen::VectorXd eigenvalues;
   Eigen::MatrixXd modes;
+  Eigen::VectorXd residuals;  // as ModalBasis::max_residual
   int mechanism_count = 0;
 };
 
@@ -131,10 +132,19 @@ FullPairs refine_eigenvalues(const ElasticBody& body, const DofMap& dofs, const 
   const Eigen::SparseMatrix<double> absolute = op.stiffness().cwiseAbs();
   const Eigen::Index count = ritz.vectors.cols();
   pairs.eigenvalues.resize(count);
+  pairs.residuals.resize(count);
   Eigen::VectorXd noise(count);
+  const Eigen::VectorXd flexibility = op.stiffness().diagonal().cwiseInverse();
   parallel_for(count, 1, [&](std::int64_t k, std::int64_t) {
     pairs.eigenvalues[k] = 2 * strain_energy(body.mesh, gradient, pairs.modes.col(k));
     noise[k] = energy_noise(absolute, ritz.vectors.col(k));
+    // The sums in K have rounded: a mode that agrees with them need not agree with the body.
+    const Eigen::VectorXd forces =
+        dofs.restrict_rows(elastic_forces(body.mesh, gradient, pairs.modes.col(k))) /
+        std::sqrt(op.mass_unit());
+    const Eigen::VectorXd residual = forces - pairs.eigenvalues[k] * ritz.mass_vectors.col(k);
+    pairs.residuals[k] = std::sqrt(residual.cwiseAbs2().dot(flexibility) /
+                                   std::max(pairs.eigenvalues[k], op.shift()));
   });
   while (pairs.mechanism_count < count && pairs.eigenvalues[pairs.mechanism_count] <=
                                               kMechanismNoise * noise[pairs.mechanism_count]) {
@@ -153,6 +163,7 @@ void order_pairs(FullPairs& pairs, double smallest_unit) {
                    [&](int a, int b) { return pairs.eigenvalues[a] < pairs.eigenvalues[b]; });
   pairs.eigenvalues = Eigen::VectorXd(pairs.eigenvalues(order));
   pairs.modes = Eigen::MatrixXd(pairs.modes(Eigen::all, order));
+  pairs.residuals = Eigen::VectorXd(pairs.residuals(order));
   const double unit = first < pairs.eigenvalues.size() ? pairs.eigenvalues[first] : smallest_unit;
   pairs.eigenvalues.head(first).setConstant(kMechanismShare * unit);
 }
@@ -225,7 +236,7 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
 
   ModalBasis basis;
   basis.rigid_count = rigid_count;
-  basis.max_residual = residual;
+  basis.max_residual = std::max(residual, pairs.residuals.head(count).maxCoeff());
   basis.mechanism_count = std::min(pairs.mechanism_count, count);
   basis.eigenvalues.setZero(rigid_count + count);
   basis.eigenvalues.tail(count) = pairs.eigenvalues.head(count);

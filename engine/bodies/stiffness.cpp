@@ -46,4 +46,19 @@ double strain_energy(const TetMesh& mesh, const GradientOperator& gradient,
   return energy;
 }
 
+Eigen::VectorXd elastic_forces(const TetMesh& mesh, const GradientOperator& gradient,
+                               const Eigen::Ref<const Eigen::VectorXd>& u) {
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(u.size());
+  for (int e = 0; e < mesh.tet_count(); ++e) {
+    const Eigen::Matrix3d h = gradient.apply(u, e);
+    const Material& material = mesh.material_of(e);
+    Eigen::Matrix3d stress = material.lame_mu() * (h + h.transpose());
+    stress.diagonal().array() += material.lame_lambda() * h.trace();
+    const Eigen::Matrix<double, 3, 4> of_corners =
+        gradient.volumes()[e] * stress * gradient.shape_gradients(e);
+    for (int a = 0; a < 4; ++a) forces.segment<3>(3 * mesh.tets(a, e)) += of_corners.col(a);
+  }
+  return forces;
+}
+
 }  // namespace limber::bodies

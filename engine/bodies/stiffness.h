@@ -30,4 +30,9 @@ namespace limber::bodies {
 [[nodiscard]] double strain_energy(const TetMesh& mesh, const GradientOperator& gradient,
                                    const Eigen::Ref<const Eigen::VectorXd>& u);
 
+/// K u, 3n [N], tet by tet from differences of displacements: keeps digits as strain_energy() does.
+/// @param u  3n [m]
+[[nodiscard]] Eigen::VectorXd elastic_forces(const TetMesh& mesh, const GradientOperator& gradient,
+                                             const Eigen::Ref<const Eigen::VectorXd>& u);
+
 }  // namespace limber::bodies

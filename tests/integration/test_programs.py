@@ -85,6 +85,31 @@ def test_ratios_compare_the_same_answers_and_cases_are_chosen_by_parts_of_names(
         assert row["ours_cpu_ms"] > 0 and row["plain_cpu_ms"] > 0
 
 
+def stability(tmp_path, **environment):
+    process = run([find_binary("limber-bench"), "stability", "--quick", "--json", "rows.json"], tmp_path, **environment)
+    rows = json.loads((tmp_path / "rows.json").read_text())["cases"]
+    assert rows and all(row.keys() == rows[0].keys() for row in rows)
+    return process, {row["case"]: row for row in rows}
+
+
+def test_bench_of_stability_certifies_what_is_easy(tmp_path):
+    process, rows = stability(tmp_path, LIMBER_BENCH_ONLY="dynamics: ")
+    assert process.returncode == 0, process.stderr
+    assert all(row["outcome"] == "certified" and row["required"] for row in rows.values()), process.stderr
+    assert all(row["margin"] > 1 and row["error"] >= 0 for row in rows.values())
+
+
+def test_bench_of_stability_finds_faults(tmp_path):
+    process, rows = stability(tmp_path, LIMBER_STABILITY_FAULTS="1")
+    assert process.returncode == 1 and "7 rows are wrong, hang or crash" in process.stderr
+    assert {name: row["outcome"] for name, row in rows.items()} == {
+        "right": "certified", "wrong": "wrong", "no number": "wrong", "not finite": "wrong",
+        "said so": "not certified, said so", "silent": "wrong", "refused": "refused with reason",
+        "thrown": "wrong", "hang": "hang", "crash": "crash"}
+    assert rows["refused"]["reason"] == "x: too hard" and "signal 11" in rows["crash"]["reason"]
+    assert rows["right"]["margin"] == pytest.approx(10)
+
+
 @pytest.fixture
 def build(tmp_path):
     """scripts/build in a folder of its own, with a cmake that tells how it was called."""

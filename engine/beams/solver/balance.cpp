@@ -95,13 +95,14 @@ PresentForces Balance::present(PresentForces in_elements, const NodeLoads& loads
   return result;
 }
 
-Imbalance Balance::imbalance(const Eigen::VectorXd& residual, const PresentForces& present) const {
+Imbalance Balance::imbalance(const Eigen::VectorXd& residual, const PresentForces& present,
+                             Rounding rounding) const {
   Imbalance worst;
   for (int u = 0; u < structure_.unknowns(); ++u) {
     if (structure_.held()[index(u)] != 0) continue;
     const double size = std::abs(residual[u]);
     if (!std::isfinite(size)) return {std::numeric_limits<double>::infinity(), u};
-    const double left = std::max(0.0, size - rounding_[u]);
+    const double left = rounding == Rounding::kForgiven ? std::max(0.0, size - rounding_[u]) : size;
     if (left == 0) continue;
     const double reference = is_force(u) ? present.force : present.moment;
     const double scaled =

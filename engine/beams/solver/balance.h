@@ -21,6 +21,9 @@ struct Imbalance {
   int unknown = -1;
 };
 
+/// What rounding of places leaves of forces in stiff elements: left out, or part of what is judged.
+enum class Rounding { kForgiven, kCounted };
+
 /// Measures by which forces, moments, steps and eigenvalues are judged, for any units.
 class Balance {
  public:
@@ -33,9 +36,10 @@ class Balance {
   /// The same where the largest force and moment of elements are known.
   [[nodiscard]] PresentForces present(PresentForces in_elements, const NodeLoads& loads) const;
 
-  /// Of a residual by all unknowns; held ones are not read. What rounding leaves counts as zero.
-  [[nodiscard]] Imbalance imbalance(const Eigen::VectorXd& residual,
-                                    const PresentForces& present) const;
+  /// Of a residual by all unknowns; held ones are not read. What rounding leaves counts as zero
+  /// where it is forgiven.
+  [[nodiscard]] Imbalance imbalance(const Eigen::VectorXd& residual, const PresentForces& present,
+                                    Rounding rounding = Rounding::kForgiven) const;
 
   /// Lengths for translations, lengths times squared lengths of elements for rotations: what shifts
   /// of the stiffness are multiplied with. By unknown.

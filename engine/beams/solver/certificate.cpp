@@ -8,6 +8,7 @@
 #include "engine/beams/solver/balance.h"
 #include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton.h"
+#include "engine/beams/structure/elastic.h"
 
 namespace limber::beams::detail {
 
@@ -135,6 +136,31 @@ void certify(const BeamStructure& structure, const JobContext& context, const No
   } else if (is_saddle) {
     report_status(structure, BeamStatus::kUnstable, verdict.unknown, report);
   }
+}
+
+void resolve(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
+             const BeamState& state, double tolerance, BeamReport& report) {
+  if (!report.converged() || lack_potential(structure, loads)) return;
+  const Balance balance(structure);
+  const Eigen::VectorXd residual =
+      elastic_gradient(structure, state) - load_vector(structure, loads, state);
+  const Imbalance left =
+      balance.imbalance(residual, balance.present(state, loads), Rounding::kCounted);
+  if (left.scaled <= tolerance) return;
+  NewtonSolver newton(structure, context);
+  const std::optional<double> turn = newton.turn_left(state, loads);
+  report.factorizations += newton.factorizations();
+  if (!turn || *turn <= NewtonSolver::kResolvedTurn) return;
+  report.status = BeamStatus::kStalled;
+  report.node = balance.node_of(left.unknown);
+  report.residual = left.scaled;
+  report.negative_eigenvalues.reset();
+  report.equilibrium_share.reset();
+  report.message = fmt::format(
+      "forces balance to {:.2g} of the largest, within tolerance and rounding, but the next step "
+      "would turn by {:.2g} rad (limit {:g}): stiff parts hide what soft ones do; make stiffnesses "
+      "or lengths less different",
+      left.scaled, *turn, NewtonSolver::kResolvedTurn);
 }
 
 }  // namespace limber::beams::detail

@@ -28,4 +28,11 @@ void report_status(const BeamStructure& structure, BeamStatus status, int unknow
 void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
              const BeamState& state, BeamReport& report);
 
+/// Changes the status of a report that says converged to kStalled where forces balance within
+/// tolerance and rounding, and a step of Newton's method would all the same turn something by more
+/// than NewtonSolver::kResolvedTurn: stiff parts hide what soft ones do. Not judged under loads
+/// without a potential.
+void resolve(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
+             const BeamState& state, double tolerance, BeamReport& report);
+
 }  // namespace limber::beams::detail

@@ -305,6 +305,12 @@ BeamSolution solve(const Attempt& attempt) {
       }
     }
   }
+  try {
+    detail::resolve(attempt.structure, attempt.context, attempt.path.loads(1), solution.state,
+                    attempt.options.tolerance, solution.report);
+  } catch (const Error& error) {  // what is balanced stays so
+    if (error.code() != ErrorCode::kCancelled) throw;
+  }
   if (solution.report.converged()) solution.report.equilibrium_share = 1;
   explain_failure(attempt, solution.report);
   solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();

@@ -221,6 +221,16 @@ NewtonSolver::Verdict NewtonSolver::judge_factored(const BeamState& state) {
   return verdict(Stability::kMechanism, v);
 }
 
+Eigen::VectorXd NewtonSolver::step_from(const Eigen::VectorXd& residual) const {
+  return stiffness_.extended(factor_.solve(-stiffness_.restricted(residual)));
+}
+
+std::optional<double> NewtonSolver::turn_left(const BeamState& state, const NodeLoads& loads) {
+  stiffness_.assemble(state);
+  if (!stiffness_.matrix().coeffs().allFinite() || !factor_at(0)) return std::nullopt;
+  return balance_.size_of(step_from(residual(state, loads)));
+}
+
 int NewtonSolver::negative_eigenvalues(const BeamState& state) {
   stiffness_.assemble(state);
   if (!stiffness_.matrix().coeffs().allFinite()) return 0;
@@ -276,12 +286,28 @@ bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
   return change < 0;
 }
 
+bool NewtonSolver::is_hidden(const Eigen::VectorXd& residual_here, const NodeLoads& loads,
+                             double tolerance, BeamState& state, Hidden& hidden) const {
+  const PresentForces present = balance_.present(state, loads);
+  if (balance_.imbalance(residual_here, present, Rounding::kCounted).scaled <= tolerance)
+    return false;
+  const double turn = balance_.size_of(step_from(residual_here));
+  if (turn <= kResolvedTurn) return false;
+  if (!(turn < hidden.turn)) {
+    state = std::move(hidden.state);
+    return false;
+  }
+  hidden = {turn, state};
+  return true;
+}
+
 NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, double s,
                                     double tolerance, int iterations, Forks forks) {
   const NodeLoads loads = path.loads(s);
   watch_.bad_steps = watch_.careful = 0;
   has_forked_ = false;
   int since_fork = 0;
+  Hidden hidden;
   bool has_taken = false;  // in the iteration before
   for (int i = 0; i <= iterations; ++i) {
     context_.throw_if_cancelled();
@@ -295,11 +321,15 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     if (!moves && left_.scaled <= tolerance) {
       const Verdict verdict = judge_factored(state);
       if (verdict.stability == Stability::kMechanism) return NewtonOutcome::kMechanism;
-      if (verdict.stability == Stability::kStable) return NewtonOutcome::kBalanced;
-      ++saddles_;
-      saddle_unknown_ = verdict.unknown;
-      if (!leave_saddle(state, loads, verdict)) return NewtonOutcome::kNoProgress;
-      continue;
+      const bool is_stable = verdict.stability == Stability::kStable;
+      if (is_stable && (i == iterations || !is_hidden(here, loads, tolerance, state, hidden)))
+        return NewtonOutcome::kBalanced;
+      if (!is_stable) {
+        ++saddles_;
+        saddle_unknown_ = verdict.unknown;
+        if (!leave_saddle(state, loads, verdict)) return NewtonOutcome::kNoProgress;
+        continue;
+      }
     }
     if (i == iterations) break;
     ++iterations_;

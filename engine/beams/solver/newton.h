@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <optional>
 
 #include "engine/base/job.h"
 #include "engine/base/numerics/sparse_cholesky.h"
@@ -73,6 +75,11 @@ class NewtonSolver {
   };
   /// By the inertia of the stiffness at this very state.
   [[nodiscard]] Verdict judge(const BeamState& state);
+  /// How far a step of Newton's method would still turn a balanced state [rad]; nothing where the
+  /// stiffness is not positive definite.
+  [[nodiscard]] std::optional<double> turn_left(const BeamState& state, const NodeLoads& loads);
+  /// Above it, forces that balance within rounding are no equilibrium [rad].
+  static constexpr double kResolvedTurn = 1e-3;
   /// Of the stiffness at a state; those that are nothing but rounding do not count.
   [[nodiscard]] int negative_eigenvalues(const BeamState& state);
 
@@ -107,6 +114,17 @@ class NewtonSolver {
               const Eigen::VectorXd& step, const Eigen::VectorXd& bend);
   bool advance(BeamState& state, const NodeLoads& loads, const Eigen::VectorXd& residual,
                const Eigen::VectorXd& step);
+  /// With a factor of the stiffness at a state: the step to balance from there.
+  [[nodiscard]] Eigen::VectorXd step_from(const Eigen::VectorXd& residual) const;
+  /// The best of the states that balance but for rounding.
+  struct Hidden {
+    double turn = std::numeric_limits<double>::infinity();  // that was left there [rad]
+    BeamState state;
+  };
+  /// Of a state that balances with rounding forgiven and is a minimum, with its factor at hand:
+  /// does rounding hide loads, so that another step gets nearer? Where none did, the best state.
+  [[nodiscard]] bool is_hidden(const Eigen::VectorXd& residual, const NodeLoads& loads,
+                               double tolerance, BeamState& state, Hidden& hidden) const;
   bool take_fork(BeamState& state, const NodeLoads& loads);
   bool leave_saddle(BeamState& state, const NodeLoads& loads, const Verdict& saddle);
 

@@ -46,6 +46,32 @@ TEST_P(BeamHardCases, SlendernessTo10000) {
   }
 }
 
+/// Rounding of forces in stiff beams may be larger than the loads: then they must not pass for
+/// balanced where nothing has moved.
+TEST(BeamsStifferThanTheirLoadsRoundingShows, AreNotSaidToBalanceAtRest) {
+  const auto expect_found_or_said = [](const BeamModel& model, const Vector3d& tip) {
+    const BeamSolution found = solve(model, BeamMethod::kNewton);
+    if (found.report.converged()) {
+      EXPECT_LT((found.state.positions.rightCols<1>() - tip).norm(), 2e-3) << found.report.message;
+    } else {
+      EXPECT_NE(found.report.message, "");
+      EXPECT_FALSE(found.report.negative_eigenvalues.has_value());
+    }
+  };
+  for (const double slenderness : {1e6, 1e7})
+    expect_found_or_said(cantilever_model(16, 1, 1, slenderness), {1 - .05643, 0, .30172});
+  // The half at the tip so stiff that it is straight (places by shooting).
+  for (const double contrast : {1e4, 1e7}) {
+    BeamModel model = cantilever_model(16, 1);
+    BeamSection stiff = model.sections[0];
+    for (double* value : {&stiff.stretching, &stiff.torsion, &stiff.bending_2, &stiff.bending_3})
+      *value *= contrast;
+    model.sections.push_back(stiff);
+    for (std::size_t e = 8; e < 16; ++e) model.elements[e].section = 1;
+    expect_found_or_said(model, {0.956492, 0, 0.271536});
+  }
+}
+
 TEST_P(BeamHardCases, StiffnessOfAnySize) {
   for (const double factor : {1e-9, 1e12}) {
     BeamModel model = cantilever_model(10, 1);

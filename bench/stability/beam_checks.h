@@ -1,0 +1,22 @@
+#pragma once
+
+#include "bench/stability/sweep.h"
+#include "engine/beams/solver/equilibrium.h"
+
+namespace limber::bench::stability {
+
+/// What a solution says of itself; error and limit are for the caller.
+[[nodiscard]] Finding finding_of(const beams::BeamSolution& found);
+
+/// Largest force or moment that is not balanced at a free unknown, by differences of the elastic
+/// energy, over the largest one of any unknown (reactions and loads included) or, where there are
+/// none, over a thousandth of EI / extent^2. Loads of fixed direction without moments, no releases.
+[[nodiscard]] double imbalance_by_energy(const beams::BeamStructure& structure,
+                                         const beams::BeamState& state);
+
+/// The larger of that, and 1 where differences of forces show a direction in which the energy
+/// falls.
+[[nodiscard]] double minimum_error(const beams::BeamStructure& structure,
+                                   const beams::BeamState& state);
+
+}  // namespace limber::bench::stability
