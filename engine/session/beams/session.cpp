@@ -179,7 +179,13 @@ bool BeamSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
   check_cancellation_ = Cancellation();
   const Cancellation cancellation = check_cancellation_;
   lock.unlock();
-  amend(*result, cancellation);
+  try {
+    amend(*result, cancellation);
+  } catch (...) {  // out of memory, or a listener's
+    lock.lock();
+    is_checking_ = false;
+    throw;
+  }
   lock.lock();
   is_checking_ = false;
   return true;

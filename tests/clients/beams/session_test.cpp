@@ -52,6 +52,19 @@ struct BeamClient : ::testing::Test {
   Client client{daemon.requests};
 };
 
+TEST_F(BeamClient, FinalResultsAreFollowedByTheirError) {
+  v1::Scene scene = cantilever();
+  BeamSession arm = BeamSession::open(client, scene, "arm");
+  const v1::ResultInfo checked = arm.wait_checked();
+  ASSERT_TRUE(checked.has_discretisation_error());
+  EXPECT_EQ(checked.discretisation_error().elements(), 20U);
+  EXPECT_EQ(checked.discretisation_error().compared_elements(), 40U);
+  scene.mutable_beams()->set_elements_per_member(2);
+  BeamSession finer = BeamSession::open(client, scene, "finer");
+  EXPECT_EQ(finer.wait_checked().discretisation_error().elements(), 40U);
+  EXPECT_EQ(finer.positions().nodes, 21U);
+}
+
 TEST_F(BeamClient, SupportsMoveAndLoadsChange) {
   BeamSession arm = BeamSession::open(client, cantilever(), "arm");
   EXPECT_EQ(arm.status().beam_nodes(), 21U);
