@@ -141,8 +141,12 @@ Finding with_modes(double count) {
 Finding with_frames(double count) {
   const int frames = static_cast<int>(count);
   const LinearKinematics kinematics(2, 2, 1.0, 19);
-  Timeline timeline{frames, spacetime::EndCondition::kPinnedPosition,
-                    spacetime::EndCondition::kPinnedPosition};
+  // Where an end leaves velocities free, motions that would grow more than four times on the way to
+  // it are held at zero there (spacetime/NOTATION.md): another problem than the dense one. Short
+  // scenes have no room for held velocities, nor for growth.
+  const auto end = frames > 30 ? spacetime::EndCondition::kPinnedPositionVelocity
+                               : spacetime::EndCondition::kPinnedPosition;
+  Timeline timeline{frames, end, end};
   std::vector<PositionConstraint> constraints = linear_constraints(kinematics, 2, 8, 100, 20);
   constraints[0].frame = constraints[1].frame = frames / 2;
   constraints[1].site = 1 - constraints[0].site;
