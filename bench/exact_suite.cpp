@@ -13,7 +13,7 @@
 
 #include <numbers>
 
-#include "bench/full_space_judge.h"
+#include "bench/judge/full_space_judge.h"
 #include "bench/suite.h"
 #include "engine/reduced/full_kinematics.h"
 #include "engine/reduced/motion_error.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "bench/full_space_judge.h"
+#include "bench/judge/full_space_judge.h"
 #include "bench/stability/box_bodies.h"
 #include "bench/stability/sweep.h"
 #include "engine/reduced/full_kinematics.h"

@@ -178,7 +178,6 @@ TEST(SessionExact, ABodyOfOneTet) {
   scene::Scene scene = test::bent_bar();
   scene.mesh.nodes = (Eigen::Matrix3Xd(3, 4) << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1).finished();
   scene.mesh.tets = Eigen::Vector4i(0, 1, 2, 3);
-  scene.mesh.tet_material.assign(1, 0);
   scene.fixed_nodes = {0, 1, 2};
   scene.model = {};
   scene.constraints = {held(10, 3, {0.1, 0.2, 0.1}), held(20, 3, {-0.1, 0.1, -0.1})};

@@ -1,4 +1,4 @@
-#include "bench/full_space_judge.h"
+#include "bench/judge/full_space_judge.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
