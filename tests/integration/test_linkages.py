@@ -199,7 +199,7 @@ def test_bad_scenes_name_their_field(server):
 
 def test_bad_edits_name_their_field_and_change_nothing(linkage):
     linkage.deploy(30)
-    good = linkage.wait()
+    good = linkage.wait(until="checked")
     shape = linkage.shape()
     assert refusal(lambda: linkage.pin(84)) == ("OUT_OF_RANGE", "edits[0].pin_joint.pin.joint")
     assert refusal(lambda: linkage.deploy(180)) == ("OUT_OF_RANGE", "edits[0].set_mean_angle.angle_degrees")
@@ -306,8 +306,9 @@ def test_commands(cli, server, tmp_path):
     listed = done("list")
     assert "144 segments, " in listed and "1 targets" in listed and "mean angle" in listed
     watched = done("watch", "g", "--count", 1).splitlines()
-    assert "mean angle" in watched[0] and float(watched[1].split()[-2]) == pytest.approx(
-        server.session("g").wait().mean_angle, abs=0.01)
+    at = watched[0].index("mean angle")  # numbers are below the end of their heading
+    end = at + len("mean angle [deg]")
+    assert float(watched[1][:end].split()[-1]) == pytest.approx(server.session("g").wait().mean_angle, abs=0.01)
     assert " files in " in done("export", "g", "--format", "vtp", "obj", "json", "scene", "--out", tmp_path / "files")
     assert len(list((tmp_path / "files").glob("motion_*.vtp"))) == len(motion)
     assert "error" not in done("validate", tmp_path / "files" / "motion.json")
