@@ -11,7 +11,9 @@
 #include "engine/base/degrees.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/equilibrium/discretisation_error.h"
 #include "engine/rods/equilibrium/rest_length_solve.h"
+#include "engine/rods/linkage/drawn_extent.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/linkage/linkage_derivatives.h"
 #include "engine/rods/solver/condensed_solver.h"
@@ -138,6 +140,24 @@ rods::DeploymentReport measure_deployment(const LinkageCase& named,
   return report;
 }
 
+/// What the edges are worth for the deployed shape, and how long it takes to find out, the model
+/// with half edges being there already.
+void measure_discretisation(const rods::LinkageModel& model, const rods::LinkageState& state,
+                            const rods::Conditions& conditions, int repeats, Case& result) {
+  rods::DiscretisationEstimator estimator(model);
+  rods::DiscretisationError error;
+  std::vector<double> times;
+  for (int k = 0; k < repeats; ++k)
+    times.push_back(milliseconds([&] { error = estimator.estimate(model, state, conditions); }));
+  result["position_error"] = result["energy_error"] = nullptr;
+  if (error.is_known()) {
+    result["position_error"] = error.max_distance / rods::drawn_extent(model.graph());
+    result["energy_error"] = error.energy_error;
+  }
+  result["estimate_iterations"] = error.iterations;
+  result["estimate_ms"] = median(times);
+}
+
 /// What the public code found is of its own form of bending: the known energies and times of a case
 /// are left out in another.
 Case measure_linkage(LinkageCase named, rods::BendingForm form, const std::string& path,
@@ -176,6 +196,7 @@ Case measure_linkage(LinkageCase named, rods::BendingForm form, const std::strin
   } else {
     result["energy_difference"] = nullptr;
   }
+  measure_discretisation(model, state, conditions, options.repeats, result);
   measure_retarget(model, equilibrium, state, conditions, options.quick ? 4 : 12, result);
   return result;
 }

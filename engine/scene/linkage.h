@@ -99,9 +99,11 @@ struct Linkage {
   double density = 600;  // [kg/m^3]
   rods::Section section = rods::Rectangle{0.02, 0.005};
   rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
-  int edges_per_segment = 10;  // >= 3; of short segments fewer (rods::edges_by_length)
-  /// In place of edges_per_segment: positions are to be off by at most this share of the linkage's
-  /// size (rods::drawn_extent) by its discretisation; in (0, 0.1]. 0: edges_per_segment holds.
+  /// >= 3; of short segments fewer (rods::edges_by_length). 0: as many as `tolerance` takes under
+  /// `conditions`, which then have no edge_lengths, and there is no shape.
+  int edges_per_segment = 10;
+  /// Positions are to be off by at most this share of the linkage's size (rods::drawn_extent) by
+  /// its discretisation; in (0, 0.1]. 0: none is named.
   double tolerance = 0;
   rods::BendingForm bending = rods::kDefaultBending;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from linkage_inputs import linkage  # noqa: F401
+from refusals import refusal
 
 
 def test_a_final_shape_is_followed_by_the_error_of_its_edges(linkage):  # noqa: F811
@@ -44,3 +45,39 @@ def test_the_command_line_says_it(linkage, cli):  # noqa: F811
     printed = json.loads(cli("--json", "wait", linkage.id, "--until", "checked").stdout)
     told = printed.get("discretisationError", printed.get("discretisation_error"))
     assert float(told.get("positionError", told.get("position_error"))) == pytest.approx(error.position_error)
+
+
+def test_edges_follow_a_tolerance(server, tmp_path):
+    scene = server.sample("hyperboloid")
+    scene.linkage.conditions.mean_angle_degrees = 50
+    scene.linkage.ClearField("edges_per_segment")
+    chosen = []
+    for tolerance in (3e-3, 2e-4):
+        scene.linkage.tolerance = tolerance
+        opened = server.open(scene, progress=False)
+        error = opened.wait(until="checked").discretisation_error
+        assert error.within_tolerance and error.position_error <= error.tolerance == tolerance
+        chosen.append(opened.scene().linkage.edges_per_segment)
+        if len(chosen) == 2:
+            opened.export(tmp_path, formats="scene", stem="chosen", progress=False)
+        opened.close()
+    assert 3 <= chosen[0] < chosen[1]
+    saved = json.loads((tmp_path / "chosen.json").read_text())["linkage"]
+    assert saved["edges_per_segment"] == chosen[1] and saved["tolerance"] == 2e-4
+    scene.linkage.edges_per_segment = 3  # named, they hold: and what they miss is said
+    coarse = server.open(scene, progress=False)
+    missed = coarse.wait(until="checked")
+    assert missed.discretisation_error.position_error > 2e-4 and not missed.discretisation_error.within_tolerance
+    assert "tolerance" in missed.message and coarse.scene().linkage.edges_per_segment == 3
+    coarse.close()
+    again = server.open(tmp_path / "chosen.json", progress=False)
+    assert again.wait().status == "CONVERGED"
+    again.close()
+
+
+def test_a_tolerance_that_is_none_is_refused(server):
+    for tolerance, code in ((0, "OUT_OF_RANGE"), (-1, "OUT_OF_RANGE"), (0.2, "OUT_OF_RANGE"),
+                            (float("nan"), "INVALID_ARGUMENT")):
+        scene = server.sample("hyperboloid")
+        scene.linkage.tolerance = tolerance
+        assert refusal(lambda: server.open(scene)) == (code, "scene.linkage.tolerance")

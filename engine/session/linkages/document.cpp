@@ -44,6 +44,11 @@ void LinkageLimits::validate() const {
   demand_not_negative(undo_depth, "undo_depth");
   demand_not_negative(max_targets, "max_targets");
   demand_not_negative(steps_at_once, "steps_at_once");
+  constexpr int kLeastEdges = 3;
+  if (most_chosen_edges < kLeastEdges) {
+    throw Error(ErrorCode::kInvalidArgument, "most_chosen_edges",
+                fmt::format("{} must be at least {}", most_chosen_edges, kLeastEdges));
+  }
 }
 
 namespace {

@@ -22,6 +22,8 @@ struct LinkageLimits {
   /// Of them, what the shape of each request takes: with the conditions go their answers, see
   /// EquilibriumCache.
   std::size_t shape_bytes = 0;
+  /// Edges per segment that are chosen for a tolerance at most, >= 3.
+  int most_chosen_edges = 60;
   /// Steps of undo that the edits of one request can begin besides the last, by an Undo or Redo
   /// behind them, >= 0: each is validated as a whole.
   int steps_at_once = 16;

@@ -12,8 +12,11 @@ LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits
                            Executor executor, std::shared_ptr<LinkageListener> listener)
     : SessionCore(std::move(id), executor, listener),
       linkage_(std::move(linkage)),
+      most_chosen_edges_(limits.most_chosen_edges),
+      rules_(std::make_shared<Rules>()),
       design_listener_(std::move(listener)),
-      document_(document_of(linkage_, limits)),
+      document_(document_of(linkage_, limits, rules_)),
+      edges_per_segment_(linkage_.edges_per_segment),
       design_(mutex_),
       check_(
           mutex_, std::move(executor),
@@ -26,22 +29,35 @@ LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits
           },
           [this] { post(std::unique_lock(mutex_)); }) {}
 
-/// Joints and segments must be known before the model is built.
+/// Joints and segments must be known before the model is built; edges need not be.
 LinkageDocument LinkageSession::Impl::document_of(const scene::Linkage& linkage,
-                                                  LinkageLimits limits) {
+                                                  LinkageLimits limits,
+                                                  const std::shared_ptr<Rules>& rules) {
   const LinkageCheck check = check_linkage(linkage);
   demand_sound(check);
   try {
-    const auto rules = std::make_shared<const ConditionRules>(
-        rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment,
-        linkage.length_unit_in_metres);
-    limits.shape_bytes = rules->answer_bytes();
-    return {
-        linkage.conditions, check.joints, check.segments, limits,
-        [rules](const scene::LinkageConditions& conditions) { return rules->check(conditions); }};
+    const auto first =
+        std::make_shared<const ConditionRules>(rods::build_linkage_graph(linkage.lines),
+                                               first_edges(linkage), linkage.length_unit_in_metres);
+    limits.shape_bytes = first->answer_bytes();
+    if (linkage.edges_per_segment > 0) rules->store(first);
+    return {linkage.conditions, check.joints, check.segments, limits,
+            [first, rules](const scene::LinkageConditions& conditions) {
+              if (const auto known = rules->load()) return known->check(conditions);
+              if (conditions.edge_lengths.size() == 0) return first->check(conditions);
+              return std::vector<scene::Issue>{
+                  {scene::Issue::Severity::kError, "edge_lengths",
+                   "edges are chosen while the session is built: wait until it is ready",
+                   ErrorCode::kFailedPrecondition}};
+            }};
   } catch (const Error& error) {
     throw Error(error.code(), "conditions." + error.field(), error.what());
   }
+}
+
+std::shared_ptr<const ConditionRules> LinkageSession::Impl::rules_for(int edges) const {
+  return std::make_shared<const ConditionRules>(rods::build_linkage_graph(linkage_.lines), edges,
+                                                linkage_.length_unit_in_metres);
 }
 
 /// A pin without a position holds the joint where the edits before have it, not where an iterate

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -8,6 +9,7 @@
 
 #include "engine/session/core/background_check.h"
 #include "engine/session/core/session_core.h"
+#include "engine/session/linkages/condition_rules.h"
 #include "engine/session/linkages/design_job.h"
 #include "engine/session/linkages/ended_designs.h"
 #include "engine/session/linkages/live_design.h"
@@ -54,6 +56,8 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   [[nodiscard]] const DesignJob& design() const { return design_; }
   [[nodiscard]] const std::shared_ptr<const LinkageGeometry>& geometry() const { return geometry_; }
   [[nodiscard]] const std::shared_ptr<const LinkageShape>& shape() const { return shape_; }
+  /// Of the scene, or chosen while the session was built; 0: not yet.
+  [[nodiscard]] int edges_per_segment() const { return edges_per_segment_; }
   /// As opened; any thread.
   [[nodiscard]] const scene::Linkage& opened() const { return linkage_; }
 
@@ -68,7 +72,11 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
     Conditions conditions;
   };
 
-  static LinkageDocument document_of(const scene::Linkage& linkage, LinkageLimits limits);
+  /// What conditions must obey, which the number of edges is part of.
+  using Rules = std::atomic<std::shared_ptr<const ConditionRules>>;
+  static LinkageDocument document_of(const scene::Linkage& linkage, LinkageLimits limits,
+                                     const std::shared_ptr<Rules>& rules);
+  [[nodiscard]] std::shared_ptr<const ConditionRules> rules_for(int edges) const;
   static bool holds_where_it_is(const std::vector<LinkageEdit>& edits);
 
   // With the lock:
@@ -109,10 +117,13 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   bool end_design(DesignInfo& info);
 
   const scene::Linkage linkage_;
+  const int most_chosen_edges_;
+  const std::shared_ptr<Rules> rules_;  // null in it: edges are not chosen yet
   const std::shared_ptr<LinkageListener> design_listener_;
 
   // Under the lock:
   LinkageDocument document_;
+  int edges_per_segment_;
   DesignJob design_;
   std::shared_ptr<const LinkageGeometry> geometry_;
   std::shared_ptr<const LinkageShape> shape_;

@@ -11,9 +11,12 @@
 #include "engine/base/error.h"
 #include "engine/rods/linkage/edge_counts.h"
 #include "engine/session/linkages/condition_rules.h"
+#include "engine/session/linkages/edge_choice.h"
 
 namespace limber::session {
 namespace {
+
+constexpr double kMaxTolerance = 0.1;
 
 /// Distance from the origin over the shortest segment.
 constexpr double kFarthest = 5e4;
@@ -41,6 +44,17 @@ void check_numbers(const scene::Linkage& linkage, std::vector<scene::Issue>& iss
     refuse("material.youngs_modulus", "> 0 and finite", young);
   if (!(linkage.density >= 0 && std::isfinite(linkage.density)))
     refuse("material.density", ">= 0 and finite", linkage.density);
+  if (linkage.tolerance != 0 && !(linkage.tolerance > 0 && linkage.tolerance <= kMaxTolerance))
+    refuse("tolerance", "in (0, 0.1]", linkage.tolerance);
+  if (linkage.edges_per_segment == 0) {
+    const bool by_edges = linkage.conditions.edge_lengths.size() > 0 || linkage.shape.has_value();
+    if (by_edges || linkage.tolerance == 0) {
+      issues.push_back({scene::Issue::Severity::kError, "edges_per_segment",
+                        by_edges ? "must be named where the scene has a shape or edge_lengths, "
+                                   "which are of so many edges"
+                                 : "must be named where there is no tolerance"});
+    }
+  }
   if (!(linkage.poissons_ratio > -1 && linkage.poissons_ratio <= 0.5))
     refuse("material.poissons_ratio", "in (-1, 0.5]", linkage.poissons_ratio);
 }
@@ -107,6 +121,10 @@ void check_place(const scene::Linkage& linkage, const rods::LinkageGraph& graph,
 
 }  // namespace
 
+int first_edges(const scene::Linkage& linkage) {
+  return linkage.edges_per_segment == 0 ? kUsualEdges : linkage.edges_per_segment;
+}
+
 LinkageCheck check_linkage(const scene::Linkage& linkage) {
   LinkageCheck check;
   auto& issues = check.issues;
@@ -123,7 +141,7 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
   check.segments = static_cast<int>(graph->segments.size());
   std::optional<ConditionRules> rules;
   try {
-    rules.emplace(*graph, linkage.edges_per_segment, linkage.length_unit_in_metres);
+    rules.emplace(*graph, first_edges(linkage), linkage.length_unit_in_metres);
   } catch (const Error& error) {  // the scene has one number for all segments
     issues.push_back(
         {scene::Issue::Severity::kError, "edges_per_segment", error.what(), error.code()});

@@ -10,12 +10,15 @@ namespace limber::session {
 
 /// What can be computed of a linkage without its model.
 struct LinkageCheck {
-  /// All that is wrong, fields of the scene: material numbers, edges_per_segment, section....,
+  /// All that is wrong, fields of the scene: material numbers, edges_per_segment, tolerance,
+  /// section....,
   /// lines.vertices[v], lines.edges[e], shape...., conditions.... Shape and conditions are looked
   /// at where the lines make a linkage.
   std::vector<scene::Issue> issues;
   int joints = 0, segments = 0;  // where the lines make a linkage
 };
+/// Its edges per segment, or kUsualEdges as long as they are not chosen.
+[[nodiscard]] int first_edges(const scene::Linkage& linkage);
 /// Quick: the torsion of the section is left to map_linkage.
 [[nodiscard]] LinkageCheck check_linkage(const scene::Linkage& linkage);
 /// @throws Error of the first of its issues
@@ -30,7 +33,8 @@ struct MappedLinkage {
   double mass_per_length = 0;  // [kg / scene length unit]
 };
 
-/// Solves for the torsion of the section, which may take seconds for a polygon of many corners.
+/// @pre its edges_per_segment are chosen. Solves for the torsion of the section, which may take
+/// seconds for a polygon of many corners.
 /// @throws Error of the first issue of `check_linkage`; with field section.outer where its
 /// torsion cannot be found
 [[nodiscard]] MappedLinkage map_linkage(const scene::Linkage& linkage);

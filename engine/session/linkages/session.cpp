@@ -23,6 +23,7 @@ Revision LinkageSession::revision() const {
 scene::Linkage LinkageSession::linkage() const {
   scene::Linkage linkage = impl_->opened();
   linkage.conditions = *conditions();
+  linkage.edges_per_segment = impl_->read([this] { return impl_->edges_per_segment(); });
   linkage.shape.reset();
   linkage.shape_conditions.reset();
   return linkage;

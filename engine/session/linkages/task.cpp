@@ -1,23 +1,35 @@
 #include <utility>
 
 #include "engine/session/core/matrix_of_columns.h"
+#include "engine/session/linkages/edge_choice.h"
 #include "engine/session/linkages/impl.h"
 
 namespace limber::session {
 
 std::string LinkageSession::Impl::build(const JobContext& job) {
   report_progress("linkage", 0);
+  std::string message;
   try {
-    live_ = std::make_unique<LiveLinkage>(linkage_, job);
+    scene::Linkage linkage = linkage_;
+    if (linkage.edges_per_segment == 0) {
+      linkage.conditions = *read([this] { return document_.conditions(); });
+      EdgeChoice choice = choose_edges(linkage, most_chosen_edges_, job);
+      linkage.conditions = linkage_.conditions;
+      linkage.edges_per_segment = choice.edges;
+      message = std::move(choice.message);
+      rules_->store(rules_for(choice.edges));
+    }
+    live_ = std::make_unique<LiveLinkage>(linkage, job);
     auto geometry = std::make_shared<const LinkageGeometry>(describe());
     const std::lock_guard lock(mutex_);
+    edges_per_segment_ = linkage.edges_per_segment;
     geometry_ = std::move(geometry);
     shape_ = std::make_shared<const LinkageShape>(live_->shape());
   } catch (...) {
     live_.reset();
     throw;
   }
-  return {};
+  return message;
 }
 
 LinkageGeometry LinkageSession::Impl::describe() const {

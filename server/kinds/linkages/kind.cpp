@@ -42,6 +42,7 @@ class LinkageOpening final : public Opening {
     opened_.segments = sizes.segments;
     opened_.length_unit = linkage_.length_unit_in_metres;
     opened_.resolve = context.resolve;
+    most_chosen_edges_ = most_chosen_edges(linkage_, context.limits.session_bytes);
   }
 
   [[nodiscard]] std::string size() const override {
@@ -56,6 +57,7 @@ class LinkageOpening final : public Opening {
   void start(Hub& hub) override {
     session::LinkageLimits limits;
     limits.max_targets = static_cast<int>(hub.options.limits.constraints);
+    limits.most_chosen_edges = most_chosen_edges_;
     record_->attach(with_linkage_fields(message_, [&] {
       return std::make_shared<session::LinkageSession>(opened_.id, std::move(linkage_), limits,
                                                        hub.session_executor(), record_);
@@ -65,6 +67,7 @@ class LinkageOpening final : public Opening {
  private:
   const proto::Scene& message_;  // of the request, which outlives this
   scene::Linkage linkage_;
+  int most_chosen_edges_ = 0;
   std::vector<proto::Issue> remarks_;
   LinkageRecord::Opened opened_;
   std::shared_ptr<LinkageRecord> record_;

@@ -18,6 +18,7 @@ namespace limber::server {
 namespace {
 
 constexpr std::uint32_t kMaxEdges = 1000;  // of a segment
+constexpr double kMaxTolerance = 0.1;
 
 void demand_no_body(const proto::Scene& message, const std::string& prefix) {
   if (const auto* field = field_beside(message, {"name", "length_unit_in_metres", "linkage"}))
@@ -214,6 +215,14 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
     }
     linkage.edges_per_segment = static_cast<int>(given.edges_per_segment());
   }
+  if (given.has_tolerance()) {
+    linkage.tolerance = given.tolerance();
+    if (!(linkage.tolerance > 0 && linkage.tolerance <= kMaxTolerance)) {
+      throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field + ".tolerance",
+                    fmt::format("{:g} must be in (0, {:g}]", linkage.tolerance, kMaxTolerance));
+    }
+    if (!given.has_edges_per_segment()) linkage.edges_per_segment = 0;
+  }
   linkage.section = decode_section(given.section(), field + ".section");
   linkage.stiff_axis = kStiffAxes.decode(given.stiff_axis());
   linkage.bending = kBending.decode(given.bending());
@@ -239,7 +248,9 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   message.set_name(linkage.name);
   message.set_length_unit_in_metres(linkage.length_unit_in_metres);
   auto& given = *message.mutable_linkage();
-  given.set_edges_per_segment(static_cast<std::uint32_t>(linkage.edges_per_segment));
+  if (linkage.edges_per_segment > 0)
+    given.set_edges_per_segment(static_cast<std::uint32_t>(linkage.edges_per_segment));
+  if (linkage.tolerance > 0) given.set_tolerance(linkage.tolerance);
   *given.mutable_section() = encode_section(linkage.section);
   given.set_stiff_axis(kStiffAxes.encode(linkage.stiff_axis));
   given.set_bending(kBending.encode(linkage.bending));

@@ -5,6 +5,7 @@
 
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkages/edge_choice.h"
 #include "engine/session/linkages/remarks.h"
 #include "server/wire/faults.h"
 #include "server/wire/fields.h"
@@ -16,6 +17,7 @@ namespace {
 /// Reduced variables, Hessian, its factor with room for fill, a path of shapes: a guess on the safe
 /// side.
 constexpr std::uint64_t kBytesPerEdge = 24'000;
+constexpr int kLeastEdges = 3;  // of a segment
 
 }  // namespace
 
@@ -36,9 +38,18 @@ proto::Scene linkage_sample_scene(const std::string& name) {
   return message;
 }
 
+int most_chosen_edges(const scene::Linkage& linkage, std::uint64_t session_bytes) {
+  if (session_bytes == 0 || linkage.lines.edge_count() == 0) return session::kMostChosenEdges;
+  const std::uint64_t bytes =
+      static_cast<std::uint64_t>(linkage.lines.edge_count()) * kBytesPerEdge;
+  return static_cast<int>(
+      std::clamp<std::uint64_t>(session_bytes / bytes, kLeastEdges, session::kMostChosenEdges));
+}
+
 session::LinkageCheck check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
-  const auto edges = static_cast<std::uint64_t>(linkage.lines.edge_count()) *
-                     static_cast<std::uint64_t>(linkage.edges_per_segment);
+  const int least = linkage.edges_per_segment == 0 ? kLeastEdges : linkage.edges_per_segment;
+  const auto edges =
+      static_cast<std::uint64_t>(linkage.lines.edge_count()) * static_cast<std::uint64_t>(least);
   if (session_bytes > 0 && edges * kBytesPerEdge > session_bytes) {
     throw limit_exceeded("scene", "estimated bytes of the session", session_bytes,
                          edges * kBytesPerEdge);

@@ -22,6 +22,9 @@ namespace limber::server {
 [[nodiscard]] session::LinkageCheck check_linkage(const scene::Linkage& linkage,
                                                   std::uint64_t session_bytes);
 
+/// Edges per segment that may be chosen for a tolerance, so that a session stays within its bytes.
+[[nodiscard]] int most_chosen_edges(const scene::Linkage& linkage, std::uint64_t session_bytes);
+
 /// All that is wrong with a scene of a linkage; the first is what opening it is refused with.
 [[nodiscard]] std::vector<proto::Issue> linkage_issues(const proto::Scene& message,
                                                        const std::string& prefix,

@@ -24,7 +24,7 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
                   edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "turning_angle",
                   rest_lengths: str = "as_drawn", length_unit_in_metres: float | None = None,
                   youngs_modulus: float | None = None, poissons_ratio: float | None = None,
-                  density: float | None = None) -> "messages.Scene":
+                  density: float | None = None, tolerance: float | None = None) -> "messages.Scene":
     """A scene of a rod linkage: vertices (n x 3, length unit) and edges (m x 2, vertex ids from 0), or the path of an
     .obj file with lines.
 
@@ -32,7 +32,8 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
     "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon.
     stiff_axis: "d1" (bending sideways is the stiffer) or "d2". bending: "material_frames", "averaged_frames" or
     "turning_angle". rest_lengths: "as_drawn", or "least_stress": those for which the linkage as drawn has least elastic
-    energy. What is not given has the server's default.
+    energy. tolerance: positions are to be off by at most this share of the linkage's size by its discretisation; without
+    edges_per_segment, as many are chosen as that takes. What is not given has the server's default.
     """
     scene = messages.Scene(name=checks.text(name, "name"))
     linkage = scene.linkage
@@ -47,6 +48,8 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
     put_section(section, linkage.section)
     if edges_per_segment is not None:
         linkage.edges_per_segment = checks.whole(edges_per_segment, "edges_per_segment")
+    if tolerance is not None:
+        linkage.tolerance = checks.real(tolerance, "tolerance")
     linkage.stiff_axis = STIFF_AXES[checks.one_of(stiff_axis, STIFF_AXES, "stiff_axis")]
     linkage.bending = BENDING[checks.one_of(bending, BENDING, "bending")]
     linkage.rest_lengths = REST_LENGTHS[checks.one_of(rest_lengths, REST_LENGTHS, "rest_lengths")]

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <numbers>
 
 #include "engine/rods/linkage/linkage_state.h"
@@ -181,6 +182,65 @@ TEST(LinkageCodec, FormsOfBendingAndRestLengthsComeBack) {
   EXPECT_EQ(encode_linkage(linkage).linkage().rest_lengths(), proto::REST_LENGTHS_LEAST_STRESS);
   linkage.bending = rods::BendingForm::kTurningAngle;
   EXPECT_EQ(encode_linkage(linkage).linkage().bending(), proto::ROD_BENDING_TURNING_ANGLE);
+}
+
+TEST(LinkageCodec, BendsByTurningAnglesUnlessAFormIsNamed) {
+  EXPECT_EQ(decode_linkage(cross(), "", no_lines).bending, rods::BendingForm::kTurningAngle);
+}
+
+TEST(LinkageCodec, EdgesAreNamedOrFollowATolerance) {
+  proto::Scene scene = cross();
+  EXPECT_EQ(decode_linkage(scene, "", no_lines).edges_per_segment, 10);
+  scene.mutable_linkage()->set_tolerance(0.001);
+  scene::Linkage linkage = decode_linkage(scene, "", no_lines);
+  EXPECT_EQ(linkage.edges_per_segment, 0);
+  EXPECT_EQ(linkage.tolerance, 0.001);
+  EXPECT_FALSE(encode_linkage(linkage).linkage().has_edges_per_segment());
+  scene.mutable_linkage()->set_edges_per_segment(7);
+  linkage = decode_linkage(scene, "", no_lines);
+  EXPECT_EQ(linkage.edges_per_segment, 7);
+  EXPECT_EQ(encode_linkage(linkage).linkage().edges_per_segment(), 7U);
+  EXPECT_EQ(encode_linkage(linkage).linkage().tolerance(), 0.001);
+  for (const double wrong : {0.0, -1.0, 0.2, std::nan("")}) {
+    scene.mutable_linkage()->set_tolerance(wrong);
+    EXPECT_EQ(refused_scene(scene), "scene.linkage.tolerance") << wrong;
+  }
+  EXPECT_EQ(most_chosen_edges(linkage, 0), 60);
+  EXPECT_EQ(most_chosen_edges(linkage, 4 * 24'000 * 20), 20);  // four segments
+  EXPECT_EQ(most_chosen_edges(linkage, 1), 3);
+}
+
+TEST(LinkageResults, SayWhatTheirEdgesAreWorth) {
+  session::LinkageResult result;
+  result.is_final = true;
+  EXPECT_FALSE(encode_linkage_result(result, 0.001).has_discretisation_error());
+  session::ShapeCheck check;
+  check.size = 200;
+  check.tolerance = 0.02;
+  check.check_ms = 5;
+  check.error.max_distance = 6;
+  check.error.energy_error = 0.04;
+  check.error.worst_joint = 3;
+  check.error.edges = 40;
+  check.error.compared_edges = 76;
+  result.shape_check = std::make_shared<const session::ShapeCheck>(check);
+  const auto error = encode_linkage_result(result, 0.001).discretisation_error();
+  EXPECT_DOUBLE_EQ(error.position_error(), 0.03);
+  EXPECT_DOUBLE_EQ(error.max_distance(), 0.006);  // m
+  EXPECT_EQ(error.worst_node(), 3U);
+  EXPECT_EQ(error.energy_error(), 0.04);
+  EXPECT_EQ(error.elements(), 40U);
+  EXPECT_EQ(error.compared_elements(), 76U);
+  EXPECT_FALSE(error.within_tolerance());
+  EXPECT_EQ(error.check_ms(), 5);
+  check.error.message = "none";
+  result.shape_check = std::make_shared<const session::ShapeCheck>(check);
+  const auto none = encode_linkage_result(result, 0.001).discretisation_error();
+  EXPECT_EQ(none.message(), "none");
+  EXPECT_EQ(none.position_error(), 0);
+  result.shape_check.reset();
+  result.check_failure = "out of memory";
+  EXPECT_EQ(encode_linkage_result(result, 0.001).discretisation_error().message(), "out of memory");
 }
 
 TEST(LinkageCodec, AnglesOnTheWireAreDegrees) {

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "engine/base/job.h"
+#include "engine/scene/linkage.h"
+
+namespace limber::session {
+
+/// Edges per segment where a tolerance cannot say how many.
+inline constexpr int kUsualEdges = 10;
+/// At most so many are chosen for a tolerance.
+inline constexpr int kMostChosenEdges = 60;
+
+/// How many edges per segment a tolerance takes.
+struct EdgeChoice {
+  int edges = kUsualEdges;
+  double position_error = 0;  // estimated with them, share of the linkage's size; 0: not known
+  std::string message;        // why they are not chosen for the tolerance, or miss it
+};
+
+/// Solves for the equilibrium under the scene's conditions, estimates its discretisation error,
+/// which goes as the square of the edges' length, and tries again with as many edges as that says:
+/// more, or fewer. Where the shape is not deformed or is not found there is nothing to estimate:
+/// kUsualEdges.
+/// @param linkage  with a tolerance; its edges_per_segment and shape are not looked at
+/// @param most  edges per segment, >= 3
+/// @throws Error{kCancelled}; as LiveLinkage
+[[nodiscard]] EdgeChoice choose_edges(scene::Linkage linkage, int most, const JobContext& job = {});
+
+}  // namespace limber::session
