@@ -21,12 +21,16 @@
 // frames. warm_first_frames_ms: with the reduced coordinates of all frames, ready to stream.
 // warm_converged_ms: from the move to convergence, first motion included; cold_default_ms and all
 // warm times are at the default tolerance of the solver, which the service uses (1e-8).
+//
+// Last, sessions of long scenes (bench/long_scenes.h). $LIMBER_BENCH_ONLY: only parts whose names
+// contain it, of "flower", "tyrannosaurus" and "long scenes".
 #include <fmt/core.h>
 
 #include <cmath>
 #include <memory>
 #include <numbers>
 
+#include "bench/long_scenes.h"
 #include "bench/spacetime_problems.h"
 #include "bench/suite.h"
 #include "engine/reduced/reduced_model.h"
@@ -284,12 +288,16 @@ void run_spacetime(const SpacetimeProblem& problem, const SuiteOptions& options,
 }  // namespace
 
 void spacetime_suite(const SuiteOptions& options, Recorder& recorder) {
-  run_spacetime(sample_problem("flower", 30, recorder), options, recorder);
-  if (const auto problem = tyrannosaurus_problem(30, options, recorder)) {
-    run_spacetime(*problem, options, recorder);
-  } else {
-    recorder.note("spacetime: tyrannosaurus left out, the public data is not there");
+  if (is_selected("flower"))
+    run_spacetime(sample_problem("flower", 30, recorder), options, recorder);
+  if (is_selected("tyrannosaurus")) {
+    if (const auto problem = tyrannosaurus_problem(30, options, recorder)) {
+      run_spacetime(*problem, options, recorder);
+    } else {
+      recorder.note("spacetime: tyrannosaurus left out, the public data is not there");
+    }
   }
+  if (is_selected("long scenes")) run_long_scenes(options, recorder);
 }
 
 }  // namespace limber::bench

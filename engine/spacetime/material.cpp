@@ -8,13 +8,17 @@
 namespace limber::spacetime {
 namespace {
 
-double mode_force_energy(double stiffness, double damping,
-                         const Eigen::Ref<const Eigen::RowVectorXd>& z) {
-  const Eigen::Index inner = z.size() - 2;
-  if (inner < 1) return 0;
-  return 0.5 * (z.head(inner) + (stiffness - damping - 2) * z.segment(1, inner) +
-                (1 + damping) * z.tail(inner))
-                   .squaredNorm();
+/// Of each mode. Frame by frame: a row of a long motion would fetch all of it from memory.
+Eigen::ArrayXd mode_force_energies(const ModeDynamics& dynamics,
+                                   const Eigen::Ref<const Eigen::MatrixXd>& z) {
+  const Eigen::ArrayXd damping = dynamics.damping.head(z.rows());
+  const Eigen::ArrayXd centre = dynamics.stiffness.head(z.rows()).array() - damping - 2;
+  const Eigen::ArrayXd next = 1 + damping;
+  Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(z.rows());
+  for (Eigen::Index i = 0; i + 2 < z.cols(); ++i)
+    sums +=
+        (z.col(i).array() + centre * z.col(i + 1).array() + next * z.col(i + 2).array()).square();
+  return 0.5 * sums;
 }
 
 }  // namespace
@@ -35,22 +39,13 @@ Eigen::MatrixXd column_gradient(const Eigen::Ref<const Eigen::MatrixXd>& mixing)
 }
 
 double force_energy(const ModeDynamics& dynamics, const Eigen::Ref<const Eigen::MatrixXd>& motion) {
-  double sum = 0;
-  for (Eigen::Index k = 0; k < motion.rows(); ++k) {
-    sum += mode_force_energy(dynamics.stiffness[k], dynamics.damping[k], motion.row(k));
-  }
-  return sum;
+  return mode_force_energies(dynamics, motion).sum();
 }
 
 double unit_force_energy(const Material& material,
                          const Eigen::Ref<const Eigen::MatrixXd>& motion) {
-  double sum = 0;
-  for (Eigen::Index k = 0; k < motion.rows(); ++k) {
-    sum += material.mixing.col(k).squaredNorm() * mode_force_energy(material.dynamics.stiffness[k],
-                                                                    material.dynamics.damping[k],
-                                                                    motion.row(k));
-  }
-  return sum;
+  const auto lengths = material.mixing.leftCols(motion.rows()).colwise().squaredNorm();
+  return lengths * mode_force_energies(material.dynamics, motion).matrix();
 }
 
 double frequency_of(double stiffness) {

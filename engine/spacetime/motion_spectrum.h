@@ -25,6 +25,10 @@ namespace limber::spacetime {
 /// @throws Error{kInvalidArgument} naming `coordinates` for numbers that are not finite
 [[nodiscard]] std::optional<double> high_frequency_share(
     const Eigen::Ref<const Eigen::MatrixXd>& coordinates);
+/// The same where row k still has to be multiplied by sizes[k], without a copy of the motion.
+[[nodiscard]] std::optional<double> high_frequency_share(
+    const Eigen::Ref<const Eigen::MatrixXd>& coordinates,
+    const Eigen::Ref<const Eigen::VectorXd>& sizes);
 
 /// Frames in a segment of the spectrum, and the fewest that have one.
 constexpr int kSpectrumSegment = 64, kSpectrumMinFrames = 18;

@@ -85,14 +85,19 @@ void Optimizer::start_from_rest_if_there() {
 /// Left on the ramp, it would be led away again by weights that hardly pull.
 void Optimizer::warm_start(const Eigen::MatrixXd& motion, Known known) {
   challenger_.reset();
+  // The motion that is there already, after the kinematics changed: its frames need not be found
+  // again from the kept ones.
+  bool is_interpolated = motion_valid_ && &motion == &motion_;
   if (start_shift() > 0 && known == Known::kGuess && motion.size() > 0) {
     const Eigen::MatrixXd moves = (start_moves(motion.size()) * motion.cwiseAbs().maxCoeff())
                                       .reshaped(motion.rows(), motion.cols());
     systems_.gather(motion + moves, z_);
+    is_interpolated = false;
   } else {
     systems_.gather(motion, z_);
   }
-  residual_valid_ = jacobian_valid_ = motion_valid_ = curvature_valid_ = false;
+  residual_valid_ = jacobian_valid_ = curvature_valid_ = false;
+  motion_valid_ = is_interpolated;
   rows_.forget_multipliers();
   set_scale(1);
   from_rest_ = false;

@@ -129,7 +129,8 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
 }
 
 std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
-    const Round& round, const spacetime::Material& material, const Eigen::MatrixXd& modal) {
+    const Round& round, const spacetime::Material& material, const Eigen::MatrixXd& modal,
+    const Eigen::MatrixXf& reduced) {
   const JobContext job{round.cancellation, [this](const auto& /*stage*/, double /*fraction*/) {
                          if (interrupt_.load(std::memory_order_relaxed))
                            throw Error(ErrorCode::kCancelled, "", "an edit was quicker");
@@ -138,11 +139,10 @@ std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
   options.tolerance =
       std::min(kLargestShapeError, kShapeShare * document_.unedited()->model.tolerance);
   const std::shared_ptr<const ShownBasis> before = problem_shown_;
-  Eigen::MatrixXf reduced;
-  problem_->model_coordinates(material, modal, reduced);
+  Eigen::MatrixXd mixed;
   FullBody::Shown shown;
   try {
-    shown = full_body_->show(before->basis, material.mixing * modal, reduced,
+    shown = full_body_->show(before->basis, mixed_motion(material, modal, mixed), reduced,
                              problem_->held_frames(), options, job);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
@@ -168,12 +168,13 @@ std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
 }
 
 bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
-  std::optional<Eigen::MatrixXf> frames = frames_in_full(round, *result.material, result.modal);
+  Eigen::MatrixXf reduced;
+  problem_->model_coordinates(*result.material, result.modal, reduced);
+  std::optional<Eigen::MatrixXf> frames =
+      frames_in_full(round, *result.material, result.modal, reduced);
   if (!frames) return false;
   result.coordinates = std::move(*frames);
   result.shown = problem_shown_;
-  Eigen::MatrixXf reduced;
-  problem_->model_coordinates(*result.material, result.modal, reduced);
   shift_frames(reduced, result);
   return true;
 }

@@ -40,9 +40,9 @@ std::unique_ptr<reduced::FullKinematics> FullBody::make_kinematics() const {
 }
 
 FullBody::Shown FullBody::show(const std::shared_ptr<const Eigen::MatrixXd>& before,
-                               const Eigen::MatrixXd& modal, const Eigen::MatrixXf& reduced,
-                               const std::vector<HeldFrame>& held, const ShowOptions& options,
-                               const JobContext& job) {
+                               const Eigen::Ref<const Eigen::MatrixXd>& modal,
+                               const Eigen::MatrixXf& reduced, const std::vector<HeldFrame>& held,
+                               const ShowOptions& options, const JobContext& job) {
   const Index count = modal.cols(), own = model_->basis_size();
   LIMBER_DEMAND(reduced.rows() == own && reduced.cols() == count);
   const double affordable =

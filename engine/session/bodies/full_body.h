@@ -49,9 +49,9 @@ class FullBody {
   /// @param modal  z-hat, R x N; @param reduced  q of the model itself, h x N
   /// @throws Error{kCancelled}
   [[nodiscard]] Shown show(const std::shared_ptr<const Eigen::MatrixXd>& before,
-                           const Eigen::MatrixXd& modal, const Eigen::MatrixXf& reduced,
-                           const std::vector<HeldFrame>& held, const ShowOptions& options,
-                           const JobContext& job);
+                           const Eigen::Ref<const Eigen::MatrixXd>& modal,
+                           const Eigen::MatrixXf& reduced, const std::vector<HeldFrame>& held,
+                           const ShowOptions& options, const JobContext& job);
 
  private:
   std::shared_ptr<const reduced::ReducedModel> model_;

@@ -122,8 +122,10 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// The farthest that some nodes move from one frame to the next [m] in what the solver has, in
   /// full reconstructions where that is exact. @returns nothing where an edit was quicker
   [[nodiscard]] std::optional<double> largest_step_now(const Round& round);
-  /// Coordinates and energies of result.modal and result.report with this material.
+  /// Energies of result.modal and result.report with this material.
   void fill_material(const spacetime::Material& material, BodyResult& result) const;
+  /// Frames of result.modal with result.material by the model, with what is known that it misses.
+  void show_by_model(BodyResult& result) const;
 
   std::shared_ptr<const BodyResult> publish_motion(const Round& round,
                                                    const spacetime::SolveReport& report,
@@ -144,10 +146,12 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::optional<spacetime::SolveReport> try_from_rest(const Round& round,
                                                       const spacetime::SolveReport& found);
   /// Frames of a motion by full reconstruction, h' x N, of problem_shown_, which may grow for them.
+  /// @param reduced  the same by the model, LiveProblem::model_coordinates()
   /// @returns nothing where an edit or a cancellation was quicker
   [[nodiscard]] std::optional<Eigen::MatrixXf> frames_in_full(const Round& round,
                                                               const spacetime::Material& material,
-                                                              const Eigen::MatrixXd& modal);
+                                                              const Eigen::MatrixXd& modal,
+                                                              const Eigen::MatrixXf& reduced);
   /// Frames of an exact result. @returns false where an edit or a cancellation was quicker
   [[nodiscard]] bool show_exactly(const Round& round, BodyResult& result);
   void shift_frames(const Eigen::MatrixXf& reduced, const BodyResult& result);

@@ -17,6 +17,16 @@ bool same_dynamics(const spacetime::Material& a, const spacetime::Material& b) {
 
 }  // namespace
 
+Eigen::Ref<const Eigen::MatrixXd> mixed_motion(const spacetime::Material& material,
+                                               const Eigen::MatrixXd& motion,
+                                               Eigen::MatrixXd& work) {
+  const bool plain =
+      motion.rows() == material.coordinates() && spacetime::are_first_coordinates(material.mixing);
+  if (plain) return motion;
+  work.noalias() = material.mixing * motion;
+  return work;
+}
+
 LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
                          std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
                          std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
@@ -140,7 +150,7 @@ void LiveProblem::keep_unfinished(const spacetime::MaterialSolver& fit, int step
 void LiveProblem::use(reduced::LayeredKinematics::Level level) {
   if (kinematics_->level() == level) return;
   kinematics_->use(level);
-  solver_->warm_start(Eigen::MatrixXd(solver_->motion()), spacetime::Known::kAnswer);
+  solver_->warm_start(solver_->motion(), spacetime::Known::kAnswer);
 }
 
 void LiveProblem::provide_full(
@@ -159,7 +169,7 @@ void LiveProblem::anchor(spacetime::Known known) {
     add(constraint.site, constraint.frame);
     if (constraint.since) add(constraint.site, *constraint.since);
   }
-  const Eigen::MatrixXd motion = solver_->motion();
+  const Eigen::MatrixXd& motion = solver_->motion();
   const Eigen::MatrixXd z = material_->mixing * motion(Eigen::all, frames);
   kinematics_->anchor(frames, z, queries);
   solver_->warm_start(motion, known);
@@ -188,22 +198,22 @@ void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::
   const Eigen::Index own = q.rows();
   q.conservativeResize(shift_->shift.rows(), Eigen::NoChange);
   q.bottomRows(q.rows() - own).setZero();
+  Eigen::MatrixXd mixed;
   const Eigen::VectorXf share =
-      reduced::fading(material.mixing * motion, shift_->poses).cast<float>();
+      reduced::fading(mixed_motion(material, motion, mixed), shift_->poses).cast<float>();
   q += shift_->shift * share.asDiagonal();
 }
 
 void LiveProblem::model_coordinates(const spacetime::Material& material,
                                     const Eigen::MatrixXd& motion, Eigen::MatrixXf& q) const {
-  const bool plain =
-      motion.rows() == material.coordinates() && spacetime::are_first_coordinates(material.mixing);
-  if (plain) return kinematics_->reduced().coordinates(0, motion, q);
-  kinematics_->reduced().coordinates(0, material.mixing * motion, q);
+  Eigen::MatrixXd mixed;
+  kinematics_->reduced().coordinates(0, mixed_motion(material, motion, mixed), q);
 }
 
 std::optional<double> LiveProblem::high_frequency_share(const spacetime::Material& material,
                                                         const Eigen::MatrixXd& motion) const {
-  return spacetime::high_frequency_share(mode_sizes_.asDiagonal() * (material.mixing * motion));
+  Eigen::MatrixXd mixed;
+  return spacetime::high_frequency_share(mixed_motion(material, motion, mixed), mode_sizes_);
 }
 
 CheckRequest LiveProblem::check_request() const {

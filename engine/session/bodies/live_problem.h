@@ -33,6 +33,12 @@ struct ProblemTerms {
   scene::MaterialOptimisation material;
 };
 
+/// z-hat = S z, R x N, of a motion z, r x N: `motion` itself where S is the identity, else in
+/// `work`.
+[[nodiscard]] Eigen::Ref<const Eigen::MatrixXd> mixed_motion(const spacetime::Material& material,
+                                                             const Eigen::MatrixXd& motion,
+                                                             Eigen::MatrixXd& work);
+
 /// The warm solver of a session, the material it has fitted so far and the sites its constraints
 /// need. Driven by one thread.
 class LiveProblem {

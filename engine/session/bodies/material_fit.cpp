@@ -168,7 +168,7 @@ std::optional<double> BodySession::Impl::largest_step_now(const Round& round) {
     return largest_frame_step(rows, coordinates_now(), {});
   }
   const std::optional<Eigen::MatrixXf> frames =
-      frames_in_full(round, *problem_->material(), problem_->solver().motion());
+      frames_in_full(round, *problem_->material(), problem_->solver().motion(), coordinates_now());
   if (!frames) return std::nullopt;
   return largest_frame_step(rows_of_some_nodes(*problem_shown_->basis, kSampledNodes), *frames, {});
 }
@@ -193,6 +193,7 @@ void BodySession::Impl::publish_material(const Round& round, const MaterialRepor
   result->material = std::make_shared<const spacetime::Material>(solver.material());
   material_iterations_ = report.iterations;
   fill_material(*result->material, *result);
+  show_by_model(*result);
   publish_of_round(std::move(result), round);
 }
 
@@ -209,7 +210,10 @@ void BodySession::Impl::fill_material(const spacetime::Material& material,
                          spacetime::column_energy(material.mixing);
   result.report.total_energy += result.column_energy;
   result.unit_force_energy = spacetime::unit_force_energy(material, result.modal);
-  problem_->coordinates(material, result.modal, result.coordinates);
+}
+
+void BodySession::Impl::show_by_model(BodyResult& result) const {
+  problem_->coordinates(*result.material, result.modal, result.coordinates);
   result.shown = problem_shown_;
   const Eigen::Index size = result.shown->basis->cols(), before = result.coordinates.rows();
   if (before < size) {  // the model's own, where nothing is known of what it misses

@@ -235,11 +235,12 @@ std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
   result->modal = problem_->solver().motion();
   fill_material(*problem_->material(), *result);
   result->material = problem_->material();
+  if (is_final && is_exact_ && !show_exactly(round, *result)) {
+    if (!round.cancellation.requested()) return nullptr;  // an edit was quicker
+    is_exact_ = false;
+  }
+  if (!is_final || !is_exact_) show_by_model(*result);
   if (is_final) {
-    if (is_exact_ && !show_exactly(round, *result)) {
-      if (!round.cancellation.requested()) return nullptr;  // an edit was quicker
-      is_exact_ = false;
-    }
     result->is_exact = is_exact_;
     result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
     result->check = Check::kPending;

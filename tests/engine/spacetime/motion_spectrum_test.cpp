@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -89,6 +90,41 @@ TEST(MotionSpectrum, DoesNotDependOnScale) {
   const RowVectorXd x = swing(100, 1.0 / 20) + 0.1 * swing(100, 0.3);
   EXPECT_NEAR(share(1e-9 * x), share(x), 1e-12);
   EXPECT_NEAR(share(1e12 * x), share(x), 1e-12);
+}
+
+TEST(MotionSpectrum, SizesMultiplyRows) {
+  for (const int frames : {40, 64, 65, 200}) {
+    MatrixXd x(2, frames);
+    x << swing(frames, 1.0 / 20), swing(frames, 0.3, 0.4);
+    const Eigen::Vector2d sizes(2.5, 0.04);
+    EXPECT_NEAR(high_frequency_share(x, sizes).value(), share(sizes.asDiagonal() * x), 1e-12);
+  }
+}
+
+/// The definition, term by term: windowed segments and all bins above a quarter of a cycle.
+TEST(MotionSpectrum, IsThePowerOfHighBinsOfSegments) {
+  for (const int frames : {18, 19, 20, 21, 65, 66, 150}) {
+    const RowVectorXd x = swing(frames, 1.0 / 9) + 0.4 * swing(frames, 0.31, 0.2);
+    const int count = frames - 1, length = std::min(kSpectrumSegment, count);
+    double high = 0, whole = 0;
+    const auto add = [&](int first) {
+      RowVectorXd v = x.segment(first + 1, length) - x.segment(first, length);
+      for (int i = 0; i < length; ++i)
+        v[i] *= std::pow(std::sin(std::numbers::pi * (i + 0.5) / length), 2);
+      for (int bin = 0; bin < length; ++bin) {
+        if (4 * std::min(bin, length - bin) <= length) continue;
+        std::complex<double> sum = 0;
+        for (int i = 0; i < length; ++i)
+          sum += v[i] * std::polar(1.0, -2 * std::numbers::pi * bin * i / length);
+        high += std::norm(sum) / length;
+      }
+      whole += v.squaredNorm();
+    };
+    int first = 0;
+    for (; first + length < count; first += length / 4) add(first);
+    add(count - length);
+    EXPECT_NEAR(share(x), high / whole, 1e-12) << frames;
+  }
 }
 
 TEST(MotionSpectrum, AMotionAtRestOrTooShort) {
