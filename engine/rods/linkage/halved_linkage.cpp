@@ -33,6 +33,7 @@ std::vector<std::vector<double>> places_of(const LinkageGraph& graph,
                                            const ReducedVariables& variables,
                                            const ReducedVariables& halved) {
   std::vector<std::vector<double>> places;
+  places.reserve(static_cast<std::size_t>(variables.segments()));
   for (int s = 0; s < variables.segments(); ++s)
     places.push_back(places_of(graph, s, variables.edges(s), halved.edges(s)));
   return places;

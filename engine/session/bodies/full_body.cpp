@@ -15,6 +15,7 @@ using Eigen::Index;
 std::vector<int> frames_to_reconstruct(Index frames, double count,
                                        const std::vector<HeldFrame>& held) {
   std::vector<int> chosen;
+  chosen.reserve(held.size());
   for (const HeldFrame& one : held) chosen.push_back(one.frame);
   const auto most = static_cast<Index>(std::max(2.0, std::min(count, double(frames))));
   for (Index i = 0; i < most; ++i)
