@@ -199,11 +199,11 @@ TEST(BeamSession, WhatHasNoEquilibriumLeavesTheLastOne) {
 TEST(BeamSession, RefusedEditsChangeNothing) {
   LiveBeamSession live(test::cantilever(4, 1));
   ASSERT_TRUE(live.recorder->wait_final(0));
-  const auto count = live.recorder->results().size();
   EXPECT_THROW(live.session.edit({ReleaseNode{0}}), Error);
   EXPECT_THROW(live.session.edit({SetNodeLoad{test::force_on(9, 0, 0, 1)}}), Error);
   EXPECT_EQ(live.session.revision(), 0U);
-  EXPECT_EQ(live.recorder->results().size(), count);
+  // The amendment of the result as opened may come at any time.
+  for (const Shared& result : live.recorder->results()) EXPECT_EQ(result->revision, 0U);
   EXPECT_THROW(BeamSession("x", beams::BeamModel{}, {}, live.pool.executor(), nullptr), Error);
 }
 
