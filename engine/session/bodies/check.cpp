@@ -12,15 +12,14 @@ namespace limber::session {
 /// Called with the lock, by the session's task.
 bool BodySession::Impl::is_check_due() const {
   return newest_ && newest_ == final_ && newest_->check == Check::kPending &&
-         newest_->sequence != check_begun_for_ && problem_ && problem_->started();
+         check_.is_new(*newest_) && problem_ && problem_->started();
 }
 
 bool BodySession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
-  if (amendment_) {
-    const Amendment amendment = *std::exchange(amendment_, std::nullopt);
-    const bool is_newest = amendment.result == newest_;
+  if (const auto found = check_.take()) {
+    const bool is_newest = found->result == newest_;
     lock.unlock();
-    if (is_newest) amend(amendment);
+    if (is_newest) amend(*found);
     return true;
   }
   if (!is_check_due()) return false;
@@ -31,83 +30,33 @@ bool BodySession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
 /// Takes the lock, may leave without it. Called by the session's task: what the problem says is
 /// what the newest result is of.
 void BodySession::Impl::begin_check(std::unique_lock<std::mutex>& lock) {
-  check_begun_for_ = newest_->sequence;
-  check_cancellation_ = {};
   const auto result = newest_;
+  check_.claim(*result);
   lock.unlock();
   CheckRequest request = problem_->check_request();
   request.result = result;
   request.start_of_fit = result->start_of_fit;
   lock.lock();
-  if (check_begun_for_ != result->sequence) return;  // an edit was quicker
-  check_request_ = std::move(request);
-  std::string refused;
-  check_task_.post(
-      std::move(lock), [self = shared_from_this(), this] { run_check(); }, refused);
-  if (refused.empty()) return;
-  lock = std::unique_lock(mutex_);
-  if (check_begun_for_ != result->sequence) return;  // an edit came while the executor refused
-  check_request_.reset();
-  amendment_ = Amendment{result, {}, refused};
+  check_.begin(lock, result, std::move(request), shared_from_this());
 }
 
-void BodySession::Impl::stop_check() {
-  check_cancellation_.request();
-  check_request_.reset();
-  amendment_.reset();
-  check_begun_for_ = 0;
-}
-
-void BodySession::Impl::run_check() {
-  if (!check_task_.begin()) return;
-  std::unique_lock lock(mutex_);
-  while (check_request_ && !check_task_.is_closed()) {
-    const CheckRequest request = std::move(*check_request_);
-    check_request_.reset();
-    const Cancellation cancellation = check_cancellation_;
-    lock.unlock();
-    std::optional<Amendment> amendment = check(request, cancellation);
-    lock.lock();
-    if (amendment && !cancellation.requested()) amendment_ = std::move(amendment);
+MotionCheck BodySession::Impl::check(const CheckRequest& request, const JobContext& job) {
+  if (!checker_) {
+    const auto model = read([this] { return built_->model; });
+    checker_ = std::make_unique<MotionChecker>(document_.unedited(), model);
   }
-  const bool has_news = amendment_.has_value();
-  check_task_.finish(std::move(lock));
-  if (!has_news) return;
-  post(std::unique_lock(mutex_));
-}
-
-/// @returns nothing where it was cancelled
-std::optional<BodySession::Impl::Amendment> BodySession::Impl::check(
-    const CheckRequest& request, const Cancellation& cancellation) {
-  Amendment amendment{request.result, {}, {}};
-  try {
-    if (!checker_) {
-      const auto model = read([this] { return built_->model; });
-      checker_ = std::make_unique<MotionChecker>(document_.unedited(), model);
-    }
-    amendment.check =
-        std::make_shared<const MotionCheck>(checker_->check(request, {cancellation, {}}));
-    return amendment;
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled) return std::nullopt;
-    amendment.failure = error.what();
-  } catch (const std::exception& error) {
-    amendment.failure = error.what();
-  } catch (...) {
-    amendment.failure = "unknown exception";
-  }
-  return amendment;
+  return checker_->check(request, job);
 }
 
 /// Publishes a result again with what was found out about it.
-void BodySession::Impl::amend(const Amendment& amendment) {
-  auto result = std::make_shared<BodyResult>(*amendment.result);
+void BodySession::Impl::amend(const MotionFound& found) {
+  auto result = std::make_shared<BodyResult>(*found.result);
   result->check = Check::kDone;
-  result->motion_check = amendment.check;
+  if (found.finding) result->motion_check = std::make_shared<const MotionCheck>(*found.finding);
   add_sentence(result->report.message,
-               amendment.check ? describe_motion(*amendment.check)
-                               : fmt::format("The motion's error could not be determined: {}",
-                                             amendment.failure));
+               found.finding
+                   ? describe_motion(*found.finding)
+                   : fmt::format("The motion's error could not be determined: {}", found.failure));
   publish(std::move(result));
 }
 

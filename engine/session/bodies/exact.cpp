@@ -103,12 +103,9 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
   if (is_near) return found;
   problem_->set_shift(nullptr);
   problem_->solver().cold_start();
-  std::optional<spacetime::SolveReport> other =
-      solve_motion(round, -std::numeric_limits<double>::infinity());
-  if (other) {
-    constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
-    other = polish(round, *other, kUnpublished);
-  }
+  constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
+  std::optional<spacetime::SolveReport> other = solve_motion(round, kUnpublished);
+  if (other) other = polish(round, *other, kUnpublished);
   if (!other) return std::nullopt;
   if (is_exact_ && problem_->solver().prefers(*other, found)) {
     tried_ = problem_->solver().motion();

@@ -29,7 +29,12 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
       cache_(std::move(cache)),
       document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
                                               options.undo_bytes, options.max_constraint_nodes}),
-      check_task_(mutex_, std::move(executor), [] {}) {
+      check_(
+          mutex_, std::move(executor),
+          [this](const CheckRequest& request, const JobContext& job) {
+            return check(request, job);
+          },
+          [this] { post(std::unique_lock(mutex_)); }) {
   options_.solver.validate();
 }
 
@@ -63,7 +68,7 @@ void BodySession::Impl::solve_cold(std::uint64_t request) {
 
 void BodySession::Impl::interrupt_round() {
   interrupt_.store(true, std::memory_order_relaxed);
-  stop_check();
+  check_.stop();
 }
 
 BodyOrder BodySession::Impl::take_order() {
@@ -81,9 +86,7 @@ BodyOrder BodySession::Impl::take_order() {
 }
 
 /// It calls no listener, and ends by itself.
-void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) {
-  check_task_.close(std::unique_lock(mutex_), CloseNotification::kNone, wait);
-}
+void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) { check_.close(wait); }
 
 scene::Scene BodySession::Impl::scene() const {
   std::shared_ptr<const scene::Scene> unedited;

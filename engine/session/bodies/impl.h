@@ -17,6 +17,7 @@
 #include "engine/session/bodies/live_problem.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/session.h"
+#include "engine/session/core/background_check.h"
 #include "engine/session/core/session_core.h"
 
 namespace limber::session {
@@ -62,12 +63,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   }
 
  private:
-  /// What the check of a result ends with: what was found out, or why it was not.
-  struct Amendment {
-    std::shared_ptr<const BodyResult> result;
-    std::shared_ptr<const MotionCheck> check;
-    std::string failure;
-  };
+  using MotionChecks = BackgroundCheck<BodyResult, MotionCheck, CheckRequest>;
+  using MotionFound = MotionChecks::Found;
 
   // impl.cpp: the shared half.
   Revision document_revision() const override { return document_.revision(); }
@@ -163,17 +160,15 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
   [[nodiscard]] bool is_check_due() const;
   void begin_check(std::unique_lock<std::mutex>& lock);
-  void stop_check();  // called with the lock
-  void run_check();
-  std::optional<Amendment> check(const CheckRequest& request, const Cancellation& cancellation);
-  void amend(const Amendment& amendment);
+  /// The check's task.
+  MotionCheck check(const CheckRequest& request, const JobContext& job);
+  void amend(const MotionFound& found);
 
   const SessionOptions options_;
   const std::shared_ptr<ModelCache> cache_;
 
   // Under the lock:
   Document document_;
-  SerialTask check_task_;
   Touched touched_;    // since the task last looked
   bool whole_ = true;  // the solver must be made anew from the whole document
   bool cold_ = false;  // solve_cold() was called
@@ -181,11 +176,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::shared_ptr<const Built> built_;
   static constexpr std::size_t kShownKept = 4;  // bases that clients may still ask for
   std::deque<std::shared_ptr<const ShownBasis>> shown_;
-  std::uint64_t check_begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
-  Cancellation check_cancellation_;    // of that check
-  std::optional<CheckRequest> check_request_;  // begun, and not taken by its task yet
-  std::optional<Amendment> amendment_;         // of the newest result, not published yet
-  std::atomic<bool> interrupt_{false};         // the running solve is out of date
+  std::atomic<bool> interrupt_{false};  // the running solve is out of date
 
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
@@ -201,6 +192,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   int material_iterations_ = 0;  // the task's: in what is published next
 
   std::unique_ptr<MotionChecker> checker_;  // the check's task's
+  MotionChecks check_;
 };
 
 }  // namespace limber::session

@@ -19,12 +19,13 @@ namespace limber::session {
 /// What is found out about final results on a task of its own, beside the session's task, which
 /// publishes it so that results keep their order. Newer edits interrupt it. Its state belongs to
 /// the owner's mutex: "with the lock" means that one.
-template <class Result, class Finding>
+/// @tparam Request  what is to be looked at, besides the result itself or with it
+template <class Result, class Finding, class Request = std::shared_ptr<const Result>>
 class BackgroundCheck {
  public:
   using SharedResult = std::shared_ptr<const Result>;
   /// Throws Error{kCancelled} where it is interrupted, anything else where nothing can be found.
-  using Find = std::function<Finding(const Result&, const JobContext&)>;
+  using Find = std::function<Finding(const Request&, const JobContext&)>;
   struct Found {
     SharedResult result;
     std::optional<Finding> finding;
@@ -43,18 +44,25 @@ class BackgroundCheck {
   /// With the lock: this result's check was not begun.
   [[nodiscard]] bool is_new(const Result& result) const { return result.sequence != begun_for_; }
 
-  /// With the lock, which it takes and may leave without. @param owner  kept alive by the task
-  void begin(std::unique_lock<std::mutex>& lock, const SharedResult& result,
-             std::shared_ptr<void> owner) {
-    begun_for_ = result->sequence;
+  /// With the lock: the next begin() is of this result, unless stop() comes before it. The owner
+  /// may leave the lock in between, to make the request.
+  void claim(const Result& result) {
+    begun_for_ = result.sequence;
     cancellation_ = {};
-    waiting_ = result;
+  }
+
+  /// With the lock, which it takes and may leave without; after claim().
+  /// @param owner  kept alive by the task
+  void begin(std::unique_lock<std::mutex>& lock, const SharedResult& result, Request request,
+             std::shared_ptr<void> owner) {
+    if (is_new(*result)) return;  // an edit was quicker
+    waiting_ = Waiting{result, std::move(request)};
     std::string refused;
     task_.post(
         std::move(lock), [this, owner = std::move(owner)] { run(); }, refused);
     if (refused.empty()) return;
     lock = std::unique_lock(mutex_);
-    if (begun_for_ != result->sequence) return;  // an edit came while the executor refused
+    if (is_new(*result)) return;  // an edit came while the executor refused
     waiting_.reset();
     found_ = Found{result, {}, std::move(refused)};
   }
@@ -76,14 +84,19 @@ class BackgroundCheck {
   }
 
  private:
+  struct Waiting {
+    SharedResult result;
+    Request request;
+  };
+
   void run() {
     if (!task_.begin()) return;
     std::unique_lock lock(mutex_);
     while (waiting_ && !task_.is_closed()) {
-      const SharedResult result = std::exchange(waiting_, nullptr);
+      const Waiting taken = *std::exchange(waiting_, std::nullopt);
       const Cancellation cancellation = cancellation_;
       lock.unlock();
-      std::optional<Found> found = find(result, cancellation);
+      std::optional<Found> found = find(taken, cancellation);
       lock.lock();
       if (found && !cancellation.requested()) found_ = std::move(found);
     }
@@ -93,10 +106,10 @@ class BackgroundCheck {
   }
 
   /// @returns nothing where it was cancelled
-  std::optional<Found> find(const SharedResult& result, const Cancellation& cancellation) const {
-    Found found{result, {}, {}};
+  std::optional<Found> find(const Waiting& taken, const Cancellation& cancellation) const {
+    Found found{taken.result, {}, {}};
     try {
-      found.finding = find_(*result, JobContext{cancellation, {}});
+      found.finding = find_(taken.request, JobContext{cancellation, {}});
     } catch (const Error& error) {
       if (error.code() == ErrorCode::kCancelled) return std::nullopt;
       found.failure = error.what();
@@ -113,9 +126,9 @@ class BackgroundCheck {
   const Find find_;
   const std::function<void()> on_found_;
   // With the lock:
-  std::uint64_t begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
-  Cancellation cancellation_;    // of that check
-  SharedResult waiting_;         // begun, and not taken by the task yet
+  std::uint64_t begun_for_ = 0;     // sequence of the result whose check was begun; 0: none
+  Cancellation cancellation_;       // of that check
+  std::optional<Waiting> waiting_;  // begun, and not taken by the task yet
   std::optional<Found> found_;
 };
 

@@ -20,12 +20,12 @@ LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits
       design_(mutex_),
       check_(
           mutex_, std::move(executor),
-          [this](const LinkageResult& result, const JobContext& job) {
+          [this](const std::shared_ptr<const LinkageResult>& result, const JobContext& job) {
             if (!checker_) {
               checker_ =
-                  std::make_unique<ShapeChecker>(result.statics->model(), linkage_.tolerance);
+                  std::make_unique<ShapeChecker>(result->statics->model(), linkage_.tolerance);
             }
-            return checker_->check(result, job);
+            return checker_->check(*result, job);
           },
           [this] { post(std::unique_lock(mutex_)); }) {}
 

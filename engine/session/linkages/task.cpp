@@ -81,7 +81,8 @@ bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
       return true;
     }
     if (!is_check_due()) return false;
-    check_.begin(lock, newest_, shared_from_this());
+    check_.claim(*newest_);
+    check_.begin(lock, newest_, newest_, shared_from_this());
     return true;
   }
   designed_ = document_.conditions();
