@@ -8,8 +8,8 @@
 #include <thread>
 #include <utility>
 
+#include "bench/cpu_time.h"
 #include "bench/suite.h"
-#include "bench/user_seconds.h"
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/session/beams/document.h"

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "bench/cpu_time.h"
 #include "bench/suite.h"
-#include "bench/user_seconds.h"
 #include "engine/beams/refinement/subdivision_choice.h"
 #include "engine/beams/solver/equilibrium.h"
 #include "tests/support/beam_problems.h"

@@ -3,6 +3,7 @@
 // method, and steps of the relaxation; a cantilever cut into ever more elements.
 #include <fmt/core.h>
 
+#include "bench/growth_rows.h"
 #include "bench/suite.h"
 #include "engine/beams/solver/equilibrium.h"
 #include "engine/beams/solver/relaxation.h"
@@ -27,13 +28,8 @@ void grow_beams(const beams::BeamModel& model, const char* shape, const SuiteOpt
     }));
   }
   const auto add = [&](const char* what, double ms, int failed) {
-    Case row;
-    row["growth"] = "elements";
-    row["size"] = structure.elements();
-    row["what"] = std::string(shape) + ", " + what;
-    row["ms"] = ms;
-    row["not_converged"] = failed;
-    recorder.add(row);
+    recorder.add(
+        growth_row("elements", structure.elements(), std::string(shape) + ", " + what, ms, failed));
   };
   add("equilibrium", median(times), not_converged);
   constexpr int kSteps = 100;

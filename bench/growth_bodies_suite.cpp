@@ -10,6 +10,7 @@
 #include <map>
 
 #include "bench/bar_body.h"
+#include "bench/growth_rows.h"
 #include "bench/path_problem.h"
 #include "bench/suite.h"
 #include "engine/reduced/full_reconstruction.h"
@@ -20,17 +21,6 @@
 
 namespace limber::bench {
 namespace {
-
-void add_growth_row(Recorder& recorder, const char* growth, double size, const char* what,
-                    double ms, int not_converged = 0) {
-  Case row;
-  row["growth"] = growth;
-  row["size"] = size;
-  row["what"] = what;
-  row["ms"] = ms;
-  row["not_converged"] = not_converged;
-  recorder.add(row);
-}
 
 void grow_tets(const SuiteOptions& options, Recorder& recorder) {
   const std::vector<int> cells =
@@ -44,8 +34,8 @@ void grow_tets(const SuiteOptions& options, Recorder& recorder) {
     requested.cubature_size = 20;
     reduced::ReducedModel built;
     const double build = milliseconds([&] { built = reduced::build_model(body, requested); });
-    add_growth_row(recorder, "tets", tets, "build of a model", build);
-    add_growth_row(recorder, "tets", tets, "modes", 1e3 * built.report.modes_s);
+    recorder.add(growth_row("tets", tets, "build of a model", build));
+    recorder.add(growth_row("tets", tets, "modes", 1e3 * built.report.modes_s));
     const auto model = std::make_shared<const reduced::ReducedModel>(std::move(built));
     const reduced::FullReconstruction full(body);
     const Eigen::VectorXd z = 0.05 * Eigen::VectorXd::LinSpaced(model->modes.cols(), 1, -0.5);
@@ -60,8 +50,8 @@ void grow_tets(const SuiteOptions& options, Recorder& recorder) {
       reduced_ms.push_back(milliseconds([&] { kinematics.coordinates(0, many, q); }) /
                            double(many.cols()));
     }
-    add_growth_row(recorder, "tets", tets, "full shape of a frame", median(full_ms));
-    add_growth_row(recorder, "tets", tets, "reduced coordinates of a frame", median(reduced_ms));
+    recorder.add(growth_row("tets", tets, "full shape of a frame", median(full_ms)));
+    recorder.add(growth_row("tets", tets, "reduced coordinates of a frame", median(reduced_ms)));
   }
 }
 
@@ -75,11 +65,7 @@ class GrowingProblem {
     recorder_.note(fmt::format("growth_bodies: {} {}", size, growth));
     const SpacetimeProblem problem = path_problem(named_, model_of(shape.modes), shape);
     const auto kinematics = std::make_shared<reduced::ReducedKinematics>(problem.model);
-    std::vector<spacetime::PositionConstraint> constraints;
-    for (const NodeConstraint& item : problem.constraints) {
-      constraints.push_back(item.constraint);
-      constraints.back().site = kinematics->add_site(item.nodes);
-    }
+    const auto constraints = place_constraints(problem, *kinematics);
     // Where targets cannot be met a full solve at full weight may need all its iterations.
     int not_converged = 0;
     const bool is_large = shape.frames > 20000;
@@ -95,7 +81,7 @@ class GrowingProblem {
         not_converged += solve_counts(*solver);
       }));
     }
-    add_growth_row(recorder_, growth, size, "cold solve", median(cold), not_converged);
+    recorder_.add(growth_row(growth, size, "cold solve", median(cold), not_converged));
     not_converged = 0;
     std::vector<double> first, frames, converged;
     Eigen::MatrixXf q;
@@ -114,10 +100,10 @@ class GrowingProblem {
                             static_cast<void>(solver->motion());
                           }));
     }
-    add_growth_row(recorder_, growth, size, "first motion after an edit", median(first));
-    add_growth_row(recorder_, growth, size, "all frames of it", median(frames));
-    add_growth_row(recorder_, growth, size, "converged after an edit", median(converged),
-                   not_converged);
+    recorder_.add(growth_row(growth, size, "first motion after an edit", median(first)));
+    recorder_.add(growth_row(growth, size, "all frames of it", median(frames)));
+    recorder_.add(
+        growth_row(growth, size, "converged after an edit", median(converged), not_converged));
   }
 
  private:

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "bench/growth_rows.h"
 #include "bench/suite.h"
 #include "engine/base/degrees.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
@@ -49,12 +50,7 @@ void grow_linkage(const char* growth, int rods, int edges, const SuiteOptions& o
   const double size = std::string_view(growth) == "joints" ? joints : edges;
   recorder.note(fmt::format("growth_linkages: {} joints, {} edges", joints, edges));
   const auto add = [&](const char* what, double ms, int not_converged = 0) {
-    Case row;
-    row["growth"] = growth;
-    row["size"] = size;
-    row["what"] = what;
-    row["ms"] = ms;
-    row["not_converged"] = not_converged;
+    Case row = growth_row(growth, size, what, ms, not_converged);
     row["unknowns"] = model.variables().size();
     recorder.add(row);
   };

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "bench/find_program.h"
+#include "bench/growth_rows.h"
 #include "bench/live_server.h"
 #include "bench/suite.h"
 
@@ -54,13 +55,8 @@ void grow_session(LiveClient& client, const pb::Scene& flower, int frames, int e
   }
   for (const auto& [what, values] :
        {std::pair{"first changed frames", &first}, {"final frames", &final}}) {
-    Case row;
-    row["growth"] = "frames of a session";
-    row["size"] = frames;
-    row["what"] = what;
-    row["ms"] = median(*values);
+    Case row = growth_row("frames of a session", frames, what, median(*values));
     row["ms_most"] = quantile(*values, 1);
-    row["not_converged"] = 0;
     recorder.add(row);
   }
   pb::Request close;

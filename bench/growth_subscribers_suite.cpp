@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "bench/find_program.h"
+#include "bench/growth_rows.h"
 #include "bench/live_server.h"
 #include "bench/suite.h"
 
@@ -72,13 +73,8 @@ void growth_subscribers_suite(const SuiteOptions& options, Recorder& recorder) {
         edit_for_all(client, opened.scene(), streams, options.quick ? 40 : 150);
     for (const auto& [what, values] : {std::pair{"first changed frames at the last", &times.first},
                                        {"final frames at the last", &times.final}}) {
-      Case row;
-      row["growth"] = "subscribers";
-      row["size"] = count;
-      row["what"] = what;
-      row["ms"] = median(*values);
+      Case row = growth_row("subscribers", count, what, median(*values));
       row["p99_ms"] = quantile(*values, 0.99);
-      row["not_converged"] = 0;
       recorder.add(row);
     }
   }

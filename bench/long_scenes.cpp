@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "bench/user_seconds.h"
+#include "bench/cpu_time.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/session/bodies/session.h"
 #include "tests/support/temporary_folder.h"

@@ -42,11 +42,7 @@ std::vector<EnergyPoint> lowest_points(const std::vector<EnergyPoint>& trace) {
 void trace_material(const SpacetimeProblem& problem, MaterialVariables variables, const char* name,
                     Recorder& recorder) {
   const auto kinematics = std::make_shared<reduced::ReducedKinematics>(problem.model);
-  std::vector<spacetime::PositionConstraint> constraints;
-  for (const NodeConstraint& item : problem.constraints) {
-    constraints.push_back(item.constraint);
-    constraints.back().site = kinematics->add_site(item.nodes);
-  }
+  const auto constraints = place_constraints(problem, *kinematics);
   const reduced::ReducedModel& model = *problem.model;
   const spacetime::Material start{
       problem.dynamics,

@@ -59,10 +59,7 @@ struct PreparedMaterial {
 
 PreparedMaterial prepare(const SpacetimeProblem& problem) {
   PreparedMaterial prepared{std::make_shared<ReducedKinematics>(problem.model), {}, {}, 0};
-  for (const NodeConstraint& item : problem.constraints) {
-    prepared.constraints.push_back(item.constraint);
-    prepared.constraints.back().site = prepared.kinematics->add_site(item.nodes);
-  }
+  prepared.constraints = place_constraints(problem, *prepared.kinematics);
   prepared.material = {problem.dynamics, spacetime::first_coordinates(
                                              problem.model->coordinate_count(),
                                              static_cast<int>(problem.dynamics.stiffness.size()))};

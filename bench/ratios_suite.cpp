@@ -63,17 +63,6 @@ class RatioSuite {
     recorder_.add(measure_pair(pair, rounds_));
   }
 
-  /// Sites of the problem's constraints in kinematics of their own.
-  static std::vector<spacetime::PositionConstraint> constraints_in(
-      const SpacetimeProblem& problem, reduced::ReducedKinematics& kinematics) {
-    std::vector<spacetime::PositionConstraint> constraints;
-    for (const NodeConstraint& item : problem.constraints) {
-      constraints.push_back(item.constraint);
-      constraints.back().site = kinematics.add_site(item.nodes);
-    }
-    return constraints;
-  }
-
   void frames_and_solve() {
     const SpacetimeProblem problem = sample_problem("flower", 30, recorder_);
     frames(problem);
@@ -118,7 +107,7 @@ class RatioSuite {
                spacetime::SolverOptions options;
                options.gradient_tolerance = kTolerance;
                const auto kinematics = fresh();
-               const auto constraints = constraints_in(problem, *kinematics);
+               const auto constraints = place_constraints(problem, *kinematics);
                spacetime::Solver solver(kinematics, problem.dynamics, problem.timeline, options);
                for (const auto& constraint : constraints) solver.add(constraint);
                return solver.solve().total_energy;
@@ -128,7 +117,7 @@ class RatioSuite {
                options.gradient_tolerance = kTolerance;
                options.max_iterations = 1000;
                const auto kinematics = fresh();
-               const auto constraints = constraints_in(problem, *kinematics);
+               const auto constraints = place_constraints(problem, *kinematics);
                testing::LiteralSpacetime method(kinematics, problem.dynamics, problem.timeline,
                                                 constraints, options);
                return method.solve_cold().total_energy;
@@ -140,7 +129,7 @@ class RatioSuite {
     constexpr int kMaterialCoordinates = 80;
     const SpacetimeProblem problem = sample_problem("flower", kMaterialCoordinates, recorder_);
     const auto kinematics = std::make_shared<reduced::ReducedKinematics>(problem.model);
-    const auto constraints = constraints_in(problem, *kinematics);
+    const auto constraints = place_constraints(problem, *kinematics);
     const spacetime::Material start{
         problem.dynamics,
         spacetime::first_coordinates(problem.model->coordinate_count(),

@@ -58,16 +58,6 @@ class SpacetimeErrors {
     bool is_converged = false;
   };
 
-  [[nodiscard]] static std::vector<spacetime::PositionConstraint> add_sites(
-      const SpacetimeProblem& problem, reduced::ReducedKinematics& kinematics) {
-    std::vector<spacetime::PositionConstraint> constraints;
-    for (const NodeConstraint& item : problem.constraints) {
-      constraints.push_back(item.constraint);
-      constraints.back().site = kinematics.add_site(item.nodes);
-    }
-    return constraints;
-  }
-
   [[nodiscard]] Solved ours(double tolerance, int repeats) const {
     spacetime::SolverOptions options;
     options.gradient_tolerance = tolerance;
@@ -76,7 +66,7 @@ class SpacetimeErrors {
     for (int i = 0; i < repeats; ++i) {
       const auto kinematics = std::make_shared<reduced::ReducedKinematics>(problem_.model);
       times.push_back(milliseconds([&] {
-        const auto constraints = add_sites(problem_, *kinematics);
+        const auto constraints = place_constraints(problem_, *kinematics);
         spacetime::Solver solver(kinematics, problem_.dynamics, problem_.timeline, options);
         for (const auto& constraint : constraints) solver.add(constraint);
         report = solver.solve();
@@ -94,7 +84,7 @@ class SpacetimeErrors {
     const auto kinematics = std::make_shared<reduced::ReducedKinematics>(problem_.model);
     const double ms = milliseconds([&] {
       testing::LiteralSpacetime method(kinematics, problem_.dynamics, problem_.timeline,
-                                       add_sites(problem_, *kinematics), options);
+                                       place_constraints(problem_, *kinematics), options);
       result = start == Start::kZero ? method.solve_cold() : method.solve_continued();
     });
     return {ms, result.total_energy, result.iterations, result.converged};

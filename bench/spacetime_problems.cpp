@@ -146,4 +146,15 @@ std::optional<SpacetimeProblem> tyrannosaurus_problem(int coordinates, const Sui
   return problem;
 }
 
+std::vector<spacetime::PositionConstraint> place_constraints(const SpacetimeProblem& problem,
+                                                             ReducedKinematics& kinematics) {
+  std::vector<spacetime::PositionConstraint> constraints;
+  constraints.reserve(problem.constraints.size());
+  for (const NodeConstraint& item : problem.constraints) {
+    constraints.push_back(item.constraint);
+    constraints.back().site = kinematics.add_site(item.nodes);
+  }
+  return constraints;
+}
+
 }  // namespace limber::bench

@@ -26,6 +26,10 @@ struct SpacetimeProblem {
   std::vector<NodeConstraint> constraints;
 };
 
+/// The problem's constraints on sites of these kinematics, which get them.
+[[nodiscard]] std::vector<spacetime::PositionConstraint> place_constraints(
+    const SpacetimeProblem& problem, reduced::ReducedKinematics& kinematics);
+
 /// A sample scene with its own constraints and time line, r = 30, h = 80 (flower: N = 380, 20
 /// constraints).
 /// @param coordinates  R >= 30, columns of W-hat

@@ -61,10 +61,7 @@ std::shared_ptr<ReducedKinematics> without_sites(const SpacetimeProblem& problem
 PreparedSites prepare(const SpacetimeProblem& problem,
                       std::shared_ptr<ReducedKinematics> kinematics) {
   PreparedSites prepared{std::move(kinematics), {}};
-  for (const NodeConstraint& item : problem.constraints) {
-    prepared.constraints.push_back(item.constraint);
-    prepared.constraints.back().site = prepared.kinematics->add_site(item.nodes);
-  }
+  prepared.constraints = place_constraints(problem, *prepared.kinematics);
   return prepared;
 }
 

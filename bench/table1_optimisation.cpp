@@ -28,10 +28,7 @@ struct Placed {
 
 Placed place(const SpacetimeProblem& problem) {
   Placed placed{std::make_shared<ReducedKinematics>(problem.model), {}};
-  for (const NodeConstraint& item : problem.constraints) {
-    placed.constraints.push_back(item.constraint);
-    placed.constraints.back().site = placed.kinematics->add_site(item.nodes);
-  }
+  placed.constraints = place_constraints(problem, *placed.kinematics);
   return placed;
 }
 

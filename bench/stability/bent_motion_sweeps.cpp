@@ -10,6 +10,7 @@
 #include "engine/spacetime/solver.h"
 #include "tests/engine/spacetime/scenes.h"
 #include "tests/support/literal_spacetime.h"
+#include "tests/support/two_link_arm.h"
 
 namespace limber::bench::stability {
 namespace {
@@ -23,30 +24,9 @@ using spacetime::test_dynamics;
 using spacetime::Timeline;
 using testing::ChainKinematics;
 using testing::LiteralSpacetime;
+using testing::TwoLinkArm;
 
 constexpr double kAllowedBent = 1e-6;
-
-/// Two links of half a length in a plane, turned by an angle each.
-class TwoLinks final : public reduced::Kinematics {
- public:
-  [[nodiscard]] int coordinate_count() const override { return 2; }
-  [[nodiscard]] double length() const override { return 1; }
-  void evaluate(std::span<const int> /*frames*/, const Eigen::Ref<const Eigen::MatrixXd>& z,
-                std::span<const reduced::SiteQuery> queries, Eigen::Matrix3Xd& u,
-                Eigen::MatrixXd* jacobian) const override {
-    const auto count = static_cast<Eigen::Index>(queries.size());
-    u.setZero(3, count);
-    if (jacobian != nullptr) jacobian->setZero(3 * count, 2);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const int column = queries[static_cast<std::size_t>(i)].column;
-      const double a = z(0, column), b = a + z(1, column);
-      u.col(i) << 0.5 * (std::cos(a) + std::cos(b)) - 1, 0.5 * (std::sin(a) + std::sin(b)), 0;
-      if (jacobian == nullptr) continue;
-      jacobian->row(3 * i) << -0.5 * (std::sin(a) + std::sin(b)), -0.5 * std::sin(b);
-      jacobian->row(3 * i + 1) << 0.5 * (std::cos(a) + std::cos(b)), 0.5 * std::cos(b);
-    }
-  }
-};
 
 /// Soft targets: the paper's method, all frames at once, from the answer.
 Finding against_literal(const std::shared_ptr<const reduced::Kinematics>& kinematics,
@@ -113,7 +93,7 @@ Finding stretched(double distance, double weight) {
   far.axes = 3;
   far.target = {-1, distance, 0};
   far.weight = weight;
-  return against_literal(std::make_shared<TwoLinks>(), test_dynamics(2, 30, 0.01), {40}, {far});
+  return against_literal(std::make_shared<TwoLinkArm>(), test_dynamics(2, 30, 0.01), {40}, {far});
 }
 
 /// Exact targets in reach: what is held, and whether softer ones that approach it agree.

@@ -73,6 +73,31 @@ Finding finding_of(const Answers& answers, bool has_converged, double difference
   return finding;
 }
 
+/// Makes the edits, each solved before the next.
+/// @param any_edit  gives the next one, as a list of it; @param check  notes in `answers` what is
+/// wrong with a result
+template <class Session, class AnyEdit, class CheckResult>
+Answers solve_edits(Session& session, int edits, Growth& growth, const AnyEdit& any_edit,
+                    const CheckResult& check) {
+  Answers answers;
+  for (int i = 0; i < edits; ++i) {
+    try {
+      session.edit(any_edit());
+    } catch (const Error&) {  // nothing to undo, no such constraint
+      ++answers.refused;
+    }
+    check(*session.final_result(), answers);
+    growth.after(i);
+  }
+  return answers;
+}
+
+/// Of linkages and of beams.
+constexpr auto check_shape = [](const auto& result, Answers& answers) {
+  if (!result.report.converged()) ++answers.failed;
+  answers.are_finite = answers.are_finite && result.frames->allFinite();
+};
+
 /// Moves of two targets of a body mostly, now and then others that come, go, and are undone.
 Finding body_edits(double count) {
   using namespace session;
@@ -90,43 +115,36 @@ Finding body_edits(double count) {
   options.max_constraints = 8;
   BodySession session("edited", scene, options, models, at_once(), nullptr);
   Random random(2027);
-  Answers answers;
   Growth growth(edits);
   const auto target = [&] {
     return Eigen::Vector3d(0, random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05));
   };
-  const auto any_edit = [&]() -> BodyEdit {
+  const auto any_edit = [&]() -> std::vector<BodyEdit> {
     switch (random.index(16)) {
       case 0: {
         scene::Constraint added = scene.constraints[0];
         added.id = 0;
         added.frame = 3 + static_cast<int>(random.index(10));
         added.target = target();
-        return AddConstraint{added};
+        return {AddConstraint{added}};
       }
       case 1: {
         const auto there = session.constraints();
-        return RemoveConstraint{there.size() > 2 ? there.back().id : 0};
+        return {RemoveConstraint{there.size() > 2 ? there.back().id : 0}};
       }
       case 2:
-        return Undo{};
+        return {Undo{}};
       case 3:
-        return Redo{};
+        return {Redo{}};
       default:
-        return MoveConstraint{1 + random.index(2), target()};
+        return {MoveConstraint{1 + random.index(2), target()}};
     }
   };
-  for (int i = 0; i < edits; ++i) {
-    try {
-      session.edit({any_edit()});
-    } catch (const Error&) {  // nothing to undo, no such constraint
-      ++answers.refused;
-    }
-    const auto result = session.final_result();
-    if (result->report.status != spacetime::SolveStatus::kConverged) ++answers.failed;
-    answers.are_finite = answers.are_finite && result->modal.allFinite();
-    growth.after(i);
-  }
+  const auto check = [](const BodyResult& result, Answers& answers) {
+    if (result.report.status != spacetime::SolveStatus::kConverged) ++answers.failed;
+    answers.are_finite = answers.are_finite && result.modal.allFinite();
+  };
+  const Answers answers = solve_edits(session, edits, growth, any_edit, check);
   const auto last = session.final_result();
   const BodySession fresh("fresh", session.scene(), options, models, at_once(), nullptr);
   const auto expected = fresh.final_result();
@@ -145,29 +163,16 @@ Finding beam_edits(double count) {
   const int edits = static_cast<int>(count);
   BeamSession session("edited", test::cantilever(4, 0.5), {}, at_once(), nullptr);
   Random random(2028);
-  Answers answers;
   Growth growth(edits);
-  for (int i = 0; i < edits; ++i) {
-    try {
-      const auto choice = random.index(12);
-      const int node = 1 + static_cast<int>(random.index(4));
-      if (choice == 0) {
-        session.edit({Undo{}});
-      } else if (choice == 1) {
-        session.edit({Redo{}});
-      } else {
-        session.edit(
-            {SetNodeLoad{test::force_on(node, random.uniform(-0.2, 0.2), random.uniform(-0.5, 0.5),
-                                        random.uniform(-0.5, 0.5))}});
-      }
-    } catch (const Error&) {
-      ++answers.refused;
-    }
-    const auto result = session.final_result();
-    if (!result->report.converged()) ++answers.failed;
-    answers.are_finite = answers.are_finite && result->frames->allFinite();
-    growth.after(i);
-  }
+  const auto any_edit = [&]() -> std::vector<BeamEdit> {
+    const auto choice = random.index(12);
+    const int node = 1 + static_cast<int>(random.index(4));
+    if (choice == 0) return {Undo{}};
+    if (choice == 1) return {Redo{}};
+    return {SetNodeLoad{test::force_on(node, random.uniform(-0.2, 0.2), random.uniform(-0.5, 0.5),
+                                       random.uniform(-0.5, 0.5))}};
+  };
+  const Answers answers = solve_edits(session, edits, growth, any_edit, check_shape);
   const auto last = session.final_result();
   const BeamSession fresh("fresh", session.model(), {}, at_once(), nullptr);
   const auto expected = fresh.final_result();
@@ -193,28 +198,16 @@ Finding linkage_edits(double count) {
   linkage.conditions.targets = {target};
   LinkageSession session("edited", linkage, {}, at_once(), nullptr);
   Random random(2029);
-  Answers answers;
   Growth growth(edits);
-  for (int i = 0; i < edits; ++i) {
+  const auto any_edit = [&]() -> std::vector<LinkageEdit> {
     const auto choice = random.index(12);
-    try {
-      if (choice == 0) {
-        session.edit({Undo{}});
-      } else if (choice == 1) {
-        session.edit({Redo{}});
-      } else {
-        session.edit({MoveTarget{
-            1, drawn + Eigen::Vector3d(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05),
-                                       random.uniform(-0.05, 0.05))}});
-      }
-    } catch (const Error&) {
-      ++answers.refused;
-    }
-    const auto result = session.final_result();
-    if (!result->report.converged()) ++answers.failed;
-    answers.are_finite = answers.are_finite && result->frames->allFinite();
-    growth.after(i);
-  }
+    if (choice == 0) return {Undo{}};
+    if (choice == 1) return {Redo{}};
+    return {MoveTarget{
+        1, drawn + Eigen::Vector3d(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05),
+                                   random.uniform(-0.05, 0.05))}};
+  };
+  const Answers answers = solve_edits(session, edits, growth, any_edit, check_shape);
   const auto last = session.final_result();
   const LinkageSession fresh("fresh", session.linkage(), {}, at_once(), nullptr);
   const auto expected = fresh.final_result();

@@ -16,6 +16,7 @@ namespace {
 
 using namespace rods;
 using testing::curved_model;
+using testing::gapped_model;
 using testing::grid_model;
 using testing::joint_distance;
 using testing::kStrip;
@@ -122,21 +123,6 @@ Finding carried(double away) {
   return finding;
 }
 
-/// Joints in rows of four, of which the middle two are `gap` apart, and 40 otherwise; steel of
-/// 20 x 10 mm, in N and mm.
-LinkageModel gapped_model(double gap) {
-  LineMesh mesh;
-  const double columns[] = {0, 40, 40 + gap, 80 + gap};
-  mesh.vertices.resize(3, 12);
-  for (int j = 0; j < 12; ++j)
-    mesh.vertices.col(j) << columns[j % 4] + 4 * (j / 4), 40 * (j / 4), 0;
-  mesh.edges.resize(2, 17);
-  for (int e = 0; e < 9; ++e) mesh.edges.col(e) << e / 3 * 4 + e % 3, e / 3 * 4 + e % 3 + 1;
-  for (int e = 0; e < 8; ++e) mesh.edges.col(9 + e) << e, e + 4;
-  const LinkageGraph graph = build_linkage_graph(mesh);
-  return {graph, edges_by_length(graph, 10), {4e7, 1.333e9, 3.333e8, 3.5e8}};
-}
-
 Shaped gapped(const LinkageModel& model) {
   Conditions conditions;
   conditions.pins = {{0, Hold::kMotionAndAngle}};
@@ -145,7 +131,7 @@ Shaped gapped(const LinkageModel& model) {
 }
 
 Finding with_gap(double gap) {
-  const LinkageModel model = gapped_model(gap), wide = gapped_model(1);
+  const LinkageModel model = gapped_model(gap, 10), wide = gapped_model(1, 10);
   const Shaped found = gapped(model), reference = gapped(wide);
   Finding finding = finding_of(found.report, model, found.state);
   // A fiftieth softer where the gap is 1 and not 0.

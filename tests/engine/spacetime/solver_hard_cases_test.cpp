@@ -9,6 +9,7 @@
 #include "tests/engine/spacetime/dense_reference.h"
 #include "tests/engine/spacetime/scenes.h"
 #include "tests/support/literal_spacetime.h"
+#include "tests/support/two_link_arm.h"
 
 namespace limber::spacetime {
 namespace {
@@ -17,6 +18,7 @@ using testing::ChainKinematics;
 using ::testing::HasSubstr;
 using testing::LinearKinematics;
 using testing::LiteralSpacetime;
+using testing::TwoLinkArm;
 
 SolveReport solve_all(Solver& solver, const std::vector<PositionConstraint>& constraints) {
   for (const auto& constraint : constraints) solver.add(constraint);
@@ -147,31 +149,8 @@ TEST(TargetsTenBodyLengthsAway, SoftConstraintsEndAtAMinimum) {
   EXPECT_GE(literal.solve_from(solver.motion()).total_energy, (1 - 1e-8) * report.total_energy);
 }
 
-/// Two links of half a body in a plane, turned by one angle each: nothing beyond its length is in
-/// reach, and at full stretch the Jacobian loses a row.
-class Arm final : public reduced::Kinematics {
- public:
-  [[nodiscard]] int coordinate_count() const override { return 2; }
-  [[nodiscard]] double length() const override { return 1; }
-  void evaluate(std::span<const int> /*frames*/, const Eigen::Ref<const Eigen::MatrixXd>& z,
-                std::span<const reduced::SiteQuery> queries, Eigen::Matrix3Xd& u,
-                Eigen::MatrixXd* jacobian) const override {
-    const auto count = static_cast<Eigen::Index>(queries.size());
-    u.setZero(3, count);
-    if (jacobian != nullptr) jacobian->setZero(3 * count, 2);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const int column = queries[static_cast<std::size_t>(i)].column;
-      const double a = z(0, column), b = a + z(1, column);
-      u.col(i) << 0.5 * (std::cos(a) + std::cos(b)) - 1, 0.5 * (std::sin(a) + std::sin(b)), 0;
-      if (jacobian == nullptr) continue;
-      jacobian->row(3 * i) << -0.5 * (std::sin(a) + std::sin(b)), -0.5 * std::sin(b);
-      jacobian->row(3 * i + 1) << 0.5 * (std::cos(a) + std::cos(b)), 0.5 * std::cos(b);
-    }
-  }
-};
-
 TEST(TargetsTenBodyLengthsAway, OfAnArmThatCannotStretch) {
-  const auto arm = std::make_shared<Arm>();
+  const auto arm = std::make_shared<TwoLinkArm>();
   PositionConstraint far;
   far.frame = 20;
   far.id = 1;

@@ -16,6 +16,7 @@ namespace limber::rods {
 namespace {
 
 using testing::curved_model;
+using testing::gapped_model;
 using testing::grid_model;
 using testing::joint_distance;
 using testing::kStrip;
@@ -227,21 +228,6 @@ TEST(HardEquilibria, ShortSegmentsDoNotSwallowLoads) {
   // So short that the stiffness of its edges leaves 2 N no digits: then that is reported.
   const double lost = tip(1, 40, report);
   EXPECT_TRUE(!report.converged() || std::abs(lost + 2) < 0.1) << lost << ": " << report.message;
-}
-
-/// Joints in rows of four, of which the middle two are `gap` apart, and 40 otherwise; steel of
-/// 20 x 10 mm, in N and mm.
-LinkageModel gapped_model(double gap, int edges) {
-  LineMesh mesh;
-  const double columns[] = {0, 40, 40 + gap, 80 + gap};
-  mesh.vertices.resize(3, 12);
-  for (int j = 0; j < 12; ++j)
-    mesh.vertices.col(j) << columns[j % 4] + 4 * (j / 4), 40 * (j / 4), 0;
-  mesh.edges.resize(2, 17);
-  for (int e = 0; e < 9; ++e) mesh.edges.col(e) << e / 3 * 4 + e % 3, e / 3 * 4 + e % 3 + 1;
-  for (int e = 0; e < 8; ++e) mesh.edges.col(9 + e) << e, e + 4;
-  const LinkageGraph graph = build_linkage_graph(mesh);
-  return {graph, edges_by_length(graph, edges), {4e7, 1.333e9, 3.333e8, 3.5e8}};
 }
 
 /// Held at one corner: where the other one, joint 11, goes under all that acts one after the other.

@@ -4,6 +4,7 @@
 
 #include "engine/base/random.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/rods/linkage/edge_counts.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
 
@@ -28,6 +29,21 @@ inline LinkageModel curved_model(double scale = 1, const RodStiffness& stiffness
     mesh.vertices.col(v).z() += scale * 6 * std::sin(0.02 * (x.x() + x.y()));
   }
   return {build_linkage_graph(mesh), 6, stiffness};
+}
+
+/// Joints in rows of four, of which the middle two are `gap` apart, and 40 otherwise; steel of
+/// 20 x 10 mm, in N and mm.
+inline LinkageModel gapped_model(double gap, int edges) {
+  LineMesh mesh;
+  const double columns[] = {0, 40, 40 + gap, 80 + gap};
+  mesh.vertices.resize(3, 12);
+  for (int j = 0; j < 12; ++j)
+    mesh.vertices.col(j) << columns[j % 4] + 4 * (j / 4), 40 * (j / 4), 0;
+  mesh.edges.resize(2, 17);
+  for (int e = 0; e < 9; ++e) mesh.edges.col(e) << e / 3 * 4 + e % 3, e / 3 * 4 + e % 3 + 1;
+  for (int e = 0; e < 8; ++e) mesh.edges.col(9 + e) << e, e + 4;
+  const LinkageGraph graph = build_linkage_graph(mesh);
+  return {graph, edges_by_length(graph, edges), {4e7, 1.333e9, 3.333e8, 3.5e8}};
 }
 
 /// Elastic energy and potential of conditions without moments, written down from the vertices.

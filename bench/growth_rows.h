@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "bench/suite.h"
+
+namespace limber::bench {
+
+/// What every row of growth says; a suite may add keys of its own.
+/// @param growth  what grows, `size` its number
+[[nodiscard]] inline Case growth_row(const std::string& growth, double size,
+                                     const std::string& what, double ms, int not_converged = 0) {
+  Case row;
+  row["growth"] = growth;
+  row["size"] = size;
+  row["what"] = what;
+  row["ms"] = ms;
+  row["not_converged"] = not_converged;
+  return row;
+}
+
+}  // namespace limber::bench
