@@ -37,8 +37,10 @@ inline LinkageModel gapped_model(double gap, int edges) {
   LineMesh mesh;
   const double columns[] = {0, 40, 40 + gap, 80 + gap};
   mesh.vertices.resize(3, 12);
-  for (int j = 0; j < 12; ++j)
-    mesh.vertices.col(j) << columns[j % 4] + 4 * (j / 4), 40 * (j / 4), 0;
+  for (int j = 0; j < 12; ++j) {
+    const int row = j / 4;
+    mesh.vertices.col(j) << columns[j % 4] + 4 * row, 40 * row, 0;
+  }
   mesh.edges.resize(2, 17);
   for (int e = 0; e < 9; ++e) mesh.edges.col(e) << e / 3 * 4 + e % 3, e / 3 * 4 + e % 3 + 1;
   for (int e = 0; e < 8; ++e) mesh.edges.col(9 + e) << e, e + 4;
