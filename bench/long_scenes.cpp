@@ -36,16 +36,21 @@ class ResultTimes final : public session::BodyListener {
     if (first_ms_ < 0) first_ms_ = result->since_edit_ms;
     if (!result->is_final || !result->is_exact) reduced_ms_ = result->since_edit_ms;
   }
-  void reset() { first_ms_ = -1; }
+  void on_early_frames(const std::shared_ptr<const session::BodyResult>& part) override {
+    if (early_ms_ < 0) early_ms_ = part->since_edit_ms;
+  }
+  void reset() { early_ms_ = first_ms_ = -1; }
+  /// Below 0: none came.
+  [[nodiscard]] double early_ms() const { return early_ms_; }
   [[nodiscard]] double first_ms() const { return first_ms_; }
   [[nodiscard]] double reduced_ms() const { return reduced_ms_; }
 
  private:
-  double first_ms_ = -1, reduced_ms_ = 0;
+  double early_ms_ = -1, first_ms_ = -1, reduced_ms_ = 0;
 };
 
 struct Edits {
-  std::vector<double> first, reduced, final, cpu;
+  std::vector<double> early, first, reduced, final, cpu;
   double bytes = 0;
   bool is_exact = false;
 };
@@ -67,6 +72,7 @@ Edits run_edits(int frames, session::Exactness exactness, int repeats,
     const double begin = user_seconds();
     session.edit({session::MoveConstraint{moved.id, moved.target + away}});
     edits.cpu.push_back(1e3 * (user_seconds() - begin));
+    if (listener->early_ms() >= 0) edits.early.push_back(listener->early_ms());
     edits.first.push_back(listener->first_ms());
     edits.reduced.push_back(listener->reduced_ms());
     edits.final.push_back(session.final_result()->since_edit_ms);
@@ -93,6 +99,7 @@ void run_long_scenes(const SuiteOptions& options, Recorder& recorder) {
       result["scene"] = "flower, stretched";
       result["exactness"] = exact;
       result["frames"] = frames;
+      if (!edits.early.empty()) result["early_ms"] = median(edits.early);
       result["first_ms"] = median(edits.first);
       result["reduced_ms"] = median(edits.reduced);
       result["final_ms"] = median(edits.final);

@@ -50,6 +50,7 @@ LIMBER_RPC(MakeStartingGrid, make_starting_grid)
 LIMBER_RPC(SolveBeams, solve_beams)
 LIMBER_RPC(GetBeamSolution, get_beam_solution)
 LIMBER_RPC(Explain, explain)
+LIMBER_RPC(LookAt, look_at)
 LIMBER_RPC(Shutdown, shutdown)
 #undef LIMBER_RPC
 

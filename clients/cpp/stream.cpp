@@ -146,6 +146,10 @@ std::string frames_topic(const std::string& session, v1::Encoding encoding) {
   return "session/" + session_name(session) + "/body/0/" + name;
 }
 
+std::string changes_topic(const std::string& session) {
+  return "session/" + session_name(session) + "/body/0/changes";
+}
+
 std::string status_topic(const std::string& session) {
   return "session/" + session_name(session) + "/status";
 }

@@ -59,6 +59,8 @@ class Subscription {
 /// Topic of a session's frames in an encoding (UNSPECIFIED: coordinates). Sessions as NAME or
 /// NAME@UID.
 [[nodiscard]] std::string frames_topic(const std::string& session, v1::Encoding encoding);
+/// Topic of what changes of them, in coordinates: MotionBuffer.
+[[nodiscard]] std::string changes_topic(const std::string& session);
 [[nodiscard]] std::string status_topic(const std::string& session);
 [[nodiscard]] std::string design_topic(const std::string& session);
 /// The stream's endpoint as a client reaches it that reaches the server's requests at `requests`.

@@ -130,7 +130,33 @@ void ModeSystems::interpolate(const Lanes& kept, Eigen::MatrixXd& z) const {
   z.rightCols(frames_.frame_count() - 1 - frames_.last()).setZero();
   for (int i = 0; i < kept_count(); ++i)
     z.col(kept_[static_cast<std::size_t>(i)]) = kept.col(i).head(modes_);
-  for (const Run& run : runs_) elimination_.fill(run, z);
+  for (const Run& run : runs_) elimination_.fill(run, 0, z);
+}
+
+Eigen::MatrixXd ModeSystems::interpolate(const Lanes& kept, FrameSpan frames) const {
+  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(modes_, frames.count);
+  const int end = frames.first + frames.count;
+  for (int i = 0; i < kept_count(); ++i) {
+    const int frame = kept_[static_cast<std::size_t>(i)];
+    if (frame >= frames.first && frame < end)
+      z.col(frame - frames.first) = kept.col(i).head(modes_);
+  }
+  if (kept_.empty()) return z;
+  Eigen::MatrixXd whole;  // of a run, with the two frames on either side of it
+  for (const Run& run : runs_) {
+    const int from = std::max(frames.first, run.first), to = std::min(end, run.last + 1);
+    if (from >= to) continue;
+    const int first = run.first - 2;
+    whole.setZero(modes_, run.last - run.first + 5);
+    for (int i = 0; i < kept_count(); ++i) {
+      const int frame = kept_[static_cast<std::size_t>(i)];
+      if (frame >= first && frame <= run.last + 2)
+        whole.col(frame - first) = kept.col(i).head(modes_);
+    }
+    elimination_.fill(run, first, whole);
+    z.middleCols(from - frames.first, to - from) = whole.middleCols(from - first, to - from);
+  }
+  return z;
 }
 
 void ModeSystems::gather(const Eigen::MatrixXd& z, Lanes& kept) const {

@@ -50,6 +50,8 @@ class ModeSystems {
 
   /// Kept frames -> every frame; z is modes x N. Pinned frames are zero.
   void interpolate(const Lanes& kept, Eigen::MatrixXd& z) const;
+  /// Some of these columns, at the cost of the runs that they lie in.
+  [[nodiscard]] Eigen::MatrixXd interpolate(const Lanes& kept, FrameSpan frames) const;
   /// Every frame -> kept frames.
   void gather(const Eigen::MatrixXd& z, Lanes& kept) const;
 

@@ -115,6 +115,11 @@ const Eigen::MatrixXd& Optimizer::motion() const {
   return motion_;
 }
 
+Eigen::MatrixXd Optimizer::motion_in(FrameSpan frames) const {
+  if (motion_valid_) return motion_.middleCols(frames.first, frames.count);
+  return systems_.interpolate(z_, frames);
+}
+
 void Optimizer::evaluate(const Lanes& z, ConstraintRows::Jacobian jacobian, RowState& state) const {
   const auto knots = static_cast<Eigen::Index>(rows_.knots().size());
   knots_z_.resize(systems_.lanes(), knots);

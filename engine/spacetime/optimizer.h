@@ -39,6 +39,7 @@ class Optimizer {
                     const std::function<bool(const SolveReport&)>& on_improved);
 
   [[nodiscard]] const Eigen::MatrixXd& motion() const;
+  [[nodiscard]] Eigen::MatrixXd motion_in(FrameSpan frames) const;
   [[nodiscard]] bool beats(const SolveReport& other, const SolveReport& answer) const;
 
  private:

@@ -32,6 +32,12 @@ struct Timeline {
   EndCondition last = EndCondition::kPinnedPositionVelocity;
 };
 
+/// Frames first .. first + count - 1.
+struct FrameSpan {
+  int first = 0;
+  int count = 0;
+};
+
 using ConstraintId = std::uint64_t;
 
 /// "At this frame, this site is displaced so", or "from that frame to this one, it moves at this

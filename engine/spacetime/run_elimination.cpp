@@ -139,12 +139,12 @@ RunCost RunElimination::eliminate(Run run) {
   return cost;
 }
 
-void RunElimination::fill(Run run, Eigen::MatrixXd& z) const {
+void RunElimination::fill(Run run, int first, Eigen::MatrixXd& z) const {
   const int modes = static_cast<int>(z.rows());
   const auto lanes = static_cast<std::size_t>(coefficients_.centre.size());
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(modes);
   auto column = [&](int frame) {
-    return frames_.contains(frame) ? z.col(frame).data() : rest.data();
+    return frames_.contains(frame) ? z.col(frame - first).data() : rest.data();
   };
   const double* __restrict l1 = column(run.first - 2);
   const double* __restrict l2 = column(run.first - 1);
@@ -152,7 +152,7 @@ void RunElimination::fill(Run run, Eigen::MatrixXd& z) const {
     const double* __restrict e = memory_.data() + static_cast<std::size_t>(j) * 4 * lanes;
     const double *f = e + 2 * lanes, *e2 = e + lanes, *f2 = e + 3 * lanes;
     const double *z1 = column(j + 1), *z2 = column(j + 2);
-    double* out = z.col(j).data();
+    double* out = z.col(j - first).data();
 #pragma GCC ivdep
     for (int k = 0; k < modes; ++k) {
       out[k] = e[k] * z1[k] + e2[k] * z2[k] + f[k] * l1[k] + f2[k] * l2[k];

@@ -56,8 +56,9 @@ class RunElimination {
   /// Eliminates and remembers the run. Depends on nothing but dynamics, ends and the run itself.
   [[nodiscard]] RunCost eliminate(Run run);
 
-  /// Fills z (modes x N, its columns around the run valid) in an eliminated run.
-  void fill(Run run, Eigen::MatrixXd& z) const;
+  /// Fills z (modes x frames, its columns around the run valid) in an eliminated run.
+  /// @param first  frame of the first column of z
+  void fill(Run run, int first, Eigen::MatrixXd& z) const;
 
  private:
   [[nodiscard]] const double* allowed(Run run, int frame);

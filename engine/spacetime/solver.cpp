@@ -331,6 +331,14 @@ SolveReport Solver::solve(const JobContext& job,
 }
 
 const Eigen::MatrixXd& Solver::motion() const { return impl_->optimizer_.motion(); }
+
+Eigen::MatrixXd Solver::motion_in(FrameSpan frames) const {
+  const int all = impl_->timeline_.frame_count;
+  if (frames.first < 0 || frames.count < 0 || frames.first > all - frames.count)
+    throw Error(ErrorCode::kOutOfRange, "frames", "frames must be within the motion");
+  return impl_->optimizer_.motion_in(frames);
+}
+
 const Timeline& Solver::timeline() const { return impl_->timeline_; }
 const ModeDynamics& Solver::dynamics() const { return impl_->dynamics_; }
 

@@ -109,6 +109,8 @@ class Solver {
 
   /// z, r x N: modal coordinates of every frame at the current iterate.
   [[nodiscard]] const Eigen::MatrixXd& motion() const;
+  /// Some columns of motion(), without the others. @param frames  within the motion
+  [[nodiscard]] Eigen::MatrixXd motion_in(FrameSpan frames) const;
   [[nodiscard]] const Timeline& timeline() const;
   [[nodiscard]] const ModeDynamics& dynamics() const;
 

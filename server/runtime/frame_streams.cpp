@@ -16,13 +16,15 @@ constexpr std::uint64_t kChunkBytes = 64ull << 20;
 
 constexpr std::array<proto::Encoding, 3> kEncodings{
     proto::ENCODING_COORDINATES, proto::ENCODING_POSITIONS, proto::ENCODING_POSITIONS_QUANTISED};
-constexpr unsigned kCoordinates = 1, kAll = 7;
+constexpr unsigned kCoordinates = 1, kEncoded = 7, kChanges = 8;
 
 }  // namespace
 
-FrameStreams::FrameStreams(Hub& hub, SessionKey session) : hub_(hub), session_(std::move(session)) {
+FrameStreams::FrameStreams(Hub& hub, SessionKey session)
+    : hub_(hub), session_(std::move(session)), changes_(kChunkBytes) {
   const std::string base = fmt::format("session/{}/body/0/", session_.name);
   topics_ = {base + "coordinates", base + "positions", base + "quantised"};
+  changes_topic_ = base + "changes";
 }
 
 void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
@@ -36,7 +38,25 @@ void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
     const std::lock_guard order(coordinates_);
     publish(0, *result);
   }
-  request(kAll & ~kCoordinates);
+  {
+    const std::lock_guard order(changing_);
+    if (hub_.transport.has_subscriber(changes_topic_)) {
+      publish_changes(changes_.advance(*result));
+    } else {
+      changes_.forget();
+    }
+  }
+  request(kEncoded & ~kCoordinates);
+}
+
+void FrameStreams::note_early(const FrameSource& part) {
+  const std::lock_guard order(changing_);
+  if (hub_.transport.has_subscriber(changes_topic_)) publish_changes(changes_.show_early(part));
+}
+
+void FrameStreams::look_at(FrameRange frames) {
+  const std::lock_guard order(changing_);
+  changes_.look_at(frames);
 }
 
 void FrameStreams::welcome(const std::string& prefix) {
@@ -44,6 +64,7 @@ void FrameStreams::welcome(const std::string& prefix) {
   for (std::size_t i = 0; i < kTopics; ++i) {
     if (topics_[i].compare(0, prefix.size(), prefix) == 0) topics |= 1u << i;
   }
+  if (changes_topic_.compare(0, prefix.size(), prefix) == 0) topics |= kChanges;
   request(topics);
 }
 
@@ -56,6 +77,7 @@ void FrameStreams::request(unsigned topics) {
   for (std::size_t i = 0; i < kTopics; ++i) {
     if (!hub_.transport.has_subscriber(topics_[i])) topics &= ~(1u << i);
   }
+  if (!hub_.transport.has_subscriber(changes_topic_)) topics &= ~kChanges;
   if (topics == 0) return;
   {
     const std::lock_guard lock(mutex_);
@@ -82,18 +104,33 @@ void FrameStreams::encode_due() {
       for (std::size_t i = 0; i < kTopics; ++i) {
         if ((due >> i & 1u) == 0) continue;
         if (i == 0) order = std::unique_lock(coordinates_);
-        std::shared_ptr<const FrameSource> newest;
-        {
-          const std::lock_guard lock(mutex_);
-          newest = newest_;
-        }
-        publish(i, *newest);
+        publish(i, *newest());
         if (order) order.unlock();
+      }
+      if ((due & kChanges) != 0) {
+        const std::lock_guard changing(changing_);
+        publish_changes(changes_.begin(*newest()));
       }
     } catch (const std::exception& fault) {  // out of memory: this publication is lost
       log::error("frames of {}: {}", session_.name, fault.what());
     }
   }
+}
+
+std::shared_ptr<const FrameSource> FrameStreams::newest() {
+  const std::lock_guard lock(mutex_);
+  return newest_;
+}
+
+void FrameStreams::publish_changes(const std::vector<proto::Frames>& changes) {
+  if (changes.empty()) return;
+  std::vector<StreamBytes> messages;
+  for (const proto::Frames& frames : changes) {
+    auto message = stream_message(hub_.run, session_.name, session_.uid);
+    *message.mutable_frames() = frames;
+    messages.push_back(message.SerializeAsString());
+  }
+  hub_.transport.publish(changes_topic_, std::move(messages));
 }
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {

@@ -4,13 +4,15 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
+#include "server/runtime/change_stream.h"
 #include "server/runtime/hub.h"
 #include "server/wire/frame_source.h"
 
 namespace limber::server {
 
-/// The three frame topics of one session. Coordinates leave the moment a result is published;
+/// The frame topics of one session. Coordinates and changes leave the moment a result is published;
 /// positions, which have to be computed, are made on another thread from the newest result:
 /// results that come while one is made are skipped. Nothing is encoded for a topic without
 /// subscribers. Thread-safe.
@@ -19,6 +21,10 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   FrameStreams(Hub& hub, SessionKey session);
 
   void note(const std::shared_ptr<const FrameSource>& result);
+  /// Some frames of the next result, see ChangeStream.
+  void note_early(const FrameSource& part);
+  /// What is changed of these frames comes first.
+  void look_at(FrameRange frames);
   /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
   /// nobody has to wait for the next edit.
   void welcome(const std::string& prefix);
@@ -27,13 +33,18 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
  private:
   static constexpr std::size_t kTopics = 3;
   void publish(std::size_t topic, const FrameSource& result);
+  void publish_changes(const std::vector<proto::Frames>& changes);
+  [[nodiscard]] std::shared_ptr<const FrameSource> newest();
   void request(unsigned topics);  // bits
   void encode_due();
 
   Hub& hub_;
   const SessionKey session_;
   std::array<std::string, kTopics> topics_;
+  std::string changes_topic_;
   std::mutex coordinates_;  // one publication at a time, so that none overtakes a newer one
+  std::mutex changing_;     // the same of changes
+  ChangeStream changes_;    // under changing_
   std::mutex mutex_;        // of what follows
   std::shared_ptr<const FrameSource> newest_;
   unsigned due_ = 0;  // topics to be made from newest_, by the encoder

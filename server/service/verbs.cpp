@@ -127,6 +127,8 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kNone, &S::ask_session, "solution of beams"};
     case Request::kExplain:
       return {kHeavy, kNone, &S::ask_session, "explanation"};
+    case Request::kLookAt:
+      return {kLight, kNone, &S::ask_session, "long motion"};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <string>
 
 #include "limber/v1/service.pb.h"
 #include "server/wire/frames.h"
@@ -19,6 +21,10 @@ class FrameSource {
   /// Of the result.
   [[nodiscard]] virtual std::uint64_t sequence() const = 0;
   [[nodiscard]] virtual int frame_count() const = 0;
+  /// h x frames, where frames are multiples of a basis: null for kinds without one.
+  [[nodiscard]] virtual const Eigen::MatrixXf* coordinates() const { return nullptr; }
+  /// Of that basis.
+  [[nodiscard]] virtual std::string basis_hash() const { return {}; }
   /// Of so many frames, without the envelope.
   [[nodiscard]] virtual std::uint64_t bytes(proto::Encoding encoding, int count) const = 0;
   /// With the result that they are of. ENCODING_UNSPECIFIED is COORDINATES.

@@ -130,4 +130,11 @@ std::uint64_t BodySession::solve_cold() {
   return client().call(request<v1::SolveColdRequest>()).job();
 }
 
+void BodySession::look_at(std::uint32_t first_frame, std::uint32_t frame_count) {
+  auto message = request<v1::LookAtRequest>();
+  message.set_first_frame(first_frame);
+  message.set_frame_count(frame_count);
+  client().call(message);
+}
+
 }  // namespace limber::client

@@ -79,6 +79,10 @@ class BodySession : public OpenSession {
   /// Solves the problem again from the base motion; the better of the two motions stays.
   /// @returns the job
   std::uint64_t solve_cold();
+  /// Of a long motion these frames come first after every edit, on changes_topic(); frame_count 0:
+  /// to the last one, at most 4096. The newest 8 such wishes count. @throws ClientError
+  /// OUT_OF_RANGE
+  void look_at(std::uint32_t first_frame, std::uint32_t frame_count = 0);
 
  private:
   std::optional<v1::GetGeometryResponse> geometry_;  // of the newest basis seen

@@ -40,6 +40,7 @@ from .linkages.results import LinkageResult, LinkageStep
 from .linkages.scenes import linkage_scene
 from .linkages.session import LinkageSession, Target
 from .linkages.shapes import LinkageGeometry, Shape
+from .motion import MotionStream, MotionUpdate
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
 from .results import DiscretisationError, MotionError, Result
 from .scenes import load_scene
@@ -52,9 +53,10 @@ __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Erection", "Export",
     "FrameStream", "Geometry", "Keyframe", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
-    "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "OpenSession",
-    "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped",
-    "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid", "StreamedFrames", "Target", "add",
+    "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
+    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server",
+    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid",
+    "StreamedFrames", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",

@@ -54,18 +54,11 @@ class Newest:
     def put_frames(self, sequence: int, frames: "service.Frames") -> None:
         """sequence: of the message, in its topic."""
         with self._changed:
-            self.heard = time.monotonic()
-            if self._sequence is not None:
-                self._lost += max(0, sequence - self._sequence - 1)
-            self._sequence = sequence
+            self._note_sequence(sequence)
             at = (frames.result.sequence, frames.first_frame)
-            if at <= self._newest:
-                return
-            self._newest = at
-            self._frames.append(Waiting(frames, self._lost, self.heard))
-            self._lost = 0
-            self._drop_oldest()
-            self._changed.notify_all()
+            if at > self._newest:
+                self._newest = at
+                self._append(frames)
 
     def put_status(self, status: "service.SessionStatus") -> None:
         with self._changed:
@@ -98,7 +91,35 @@ class Newest:
             status, self._status = self._status, None
             return status
 
+    def _note_sequence(self, sequence: int) -> None:
+        self.heard = time.monotonic()
+        if self._sequence is not None:
+            self._lost += max(0, sequence - self._sequence - 1)
+        self._sequence = sequence
+
+    def _append(self, frames: "service.Frames") -> None:
+        self._frames.append(Waiting(frames, self._lost, self.heard))
+        self._lost = 0
+        self._drop_oldest()
+        self._changed.notify_all()
+
     def _drop_oldest(self) -> None:
         while len(self._frames) > self._most:
             gone = self._frames.popleft()
             self._frames[0].missed += gone.missed + 1
+
+
+# Messages of changes that wait for a reader that is slow: each result has a few.
+MOST_CHANGES = 64
+
+
+class Changes(Newest):
+    """The same of messages that continue each other: all of them in order, also several of one result and those of none."""
+
+    def __init__(self):
+        super().__init__(MOST_CHANGES)
+
+    def put_frames(self, sequence: int, frames: "service.Frames") -> None:
+        with self._changed:
+            self._note_sequence(sequence)
+            self._append(frames)

@@ -13,6 +13,7 @@ from . import arrays, checks, edits, exports
 from .errors import LimberError
 from .exports import Export
 from .messages import common, service
+from .motion import MotionStream
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
 from .stream import FrameStream
@@ -162,6 +163,11 @@ class OpenSession:
     def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:
         """Iterator over results as they are published, the newest first result at once (unless snapshot=False)."""
         return FrameStream(self, encoding, timeout, snapshot)
+
+    def follow(self, timeout: float | None = None) -> MotionStream:
+        """Keeps the motion of the session up to date by what changes of it, and iterates over that: for long motions, of
+        which after an edit most frames stay as they are. What look_at() names and what lies near the edit comes first."""
+        return MotionStream(self, timeout)
 
     # ---- files ----
 

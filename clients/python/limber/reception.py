@@ -28,8 +28,8 @@ class Reception:
     """Puts what arrives on a connected SUB socket into a Newest. Owns the socket from now on."""
 
     def __init__(self, context: zmq.Context, socket: zmq.Socket, session: "OpenSession", frames_topic: bytes,
-                 status_topic: bytes):
-        self.newest = Newest()
+                 status_topic: bytes, newest: Newest):
+        self.newest = newest
         self._session = (session.id, session.uid, session.instance)
         self._topics = (frames_topic, status_topic)
         self._lock = threading.RLock()  # the garbage collector may close what is being closed

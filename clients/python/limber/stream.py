@@ -15,6 +15,7 @@ from . import checks
 from .connection import SILENCE, configure
 from .errors import LimberError, ServerStopped, ServerUnreachable
 from .messages import service
+from .newest import Newest, Waiting
 from .reception import Reception
 from .results import ENCODINGS, Result, decode
 
@@ -38,27 +39,21 @@ class StreamedFrames:
         return decode(self.raw, self._session.geometry_for(self.raw))
 
 
-class FrameStream:
-    """Iterates over the results of a session, oldest first; made by Session.stream().
+class SessionStream:
+    """What is published of a session under one topic, oldest first: the part that streams of all sorts share.
 
-    Subscribes first, then asks for the newest frames (the Clone pattern), so nothing falls between the two. At most 8
-    messages wait for a reader that pauses: the newest, and `missed` counts the others. Ends when the session is closed;
-    raises ServerUnreachable when the server is gone (ServerStopped, one of those, when it was stopped in order) and
-    ServerRestarted when it was restarted. Not for several threads at once.
+    Ends when the session is closed; raises ServerUnreachable when the server is gone (ServerStopped, one of those, when it
+    was stopped in order) and ServerRestarted when it was restarted. Not for several threads at once.
     """
 
-    def __init__(self, session: "OpenSession", encoding: str = "coordinates", timeout: float | None = None,
-                 snapshot: bool = True):
-        """timeout: longest silence in seconds before LimberError TIMEOUT; None: wait as long as the server lives."""
-        checks.one_of(encoding, ENCODINGS, "encoding")
-        checks.flag(snapshot, "snapshot")
+    def __init__(self, session: "OpenSession", topic: str, newest: Newest, timeout: float | None):
         if timeout is not None:
             checks.seconds(timeout, "timeout")
         self._session = session
         self._timeout = timeout
         self._checked = 0.0
         connection = session.connection
-        frames_topic = f"session/{session.id}/body/0/{encoding}".encode()
+        frames_topic = f"session/{session.id}/body/0/{topic}".encode()
         status_topic = f"session/{session.id}/status".encode()
         socket = connection.context.socket(zmq.SUB)
         try:
@@ -66,39 +61,31 @@ class FrameStream:
             socket.subscribe(frames_topic)
             socket.subscribe(status_topic)
             self._connect(socket, session.server.stream_endpoint)
-            self._reception = Reception(connection.context, socket, session, frames_topic, status_topic)
+            self._reception = Reception(connection.context, socket, session, frames_topic, status_topic, newest)
         except BaseException:
             socket.close()
             raise
         # A stream that is dropped without being closed ends too, and so does one whose connection is closed.
         self._end = weakref.finalize(self, self._reception.close)
         connection.before_closing(self._reception)
-        try:
-            if snapshot:
-                self._take_snapshot(encoding)
-        except BaseException:
-            self.close()
-            raise
 
     @property
     def missed(self) -> int:
         """Messages lost so far, up to the frames that were handed out last."""
         return self._reception.newest.missed
 
-    def __iter__(self) -> Iterator[StreamedFrames]:
-        return self
-
-    def __enter__(self) -> "FrameStream":
+    def __enter__(self):
         return self
 
     def __exit__(self, *exc) -> None:
         self.close()
 
-    def __next__(self) -> StreamedFrames:
-        return self.next(self._timeout)
+    def close(self) -> None:
+        """Unsubscribes."""
+        self._end()
 
-    def next(self, timeout: float | None = None) -> StreamedFrames:
-        """The next frames, waiting at most timeout seconds; StopIteration once the session is closed."""
+    def _take(self, timeout: float | None) -> Waiting:
+        """The next frames that wait; StopIteration once the session is closed."""
         deadline = None if timeout is None else time.monotonic() + checks.seconds(timeout, "timeout")
         newest = self._reception.newest
         while True:
@@ -112,17 +99,12 @@ class FrameStream:
             if isinstance(taken, service.SessionStatus):
                 self._obey(taken)
             elif taken is not None:
-                return StreamedFrames(self._session.result_of(taken.frames.result), taken.frames.first_frame, taken.missed,
-                                      taken.received, taken.frames, self._session)
+                return taken
             elif deadline is not None and time.monotonic() >= deadline:
                 raise LimberError("TIMEOUT", f"no frames of session {self._session.id} within {timeout:g} s")
             elif time.monotonic() >= max(newest.heard, self._checked) + SILENCE:
                 self._check_session()
                 self._checked = time.monotonic()
-
-    def close(self) -> None:
-        """Unsubscribes."""
-        self._end()
 
     def _connect(self, socket: zmq.Socket, endpoint: str) -> None:
         # A subscription counts once the peer has it; it is sent right after the handshake.
@@ -135,15 +117,6 @@ class FrameStream:
         finally:
             socket.disable_monitor()
             monitor.close()
-
-    def _take_snapshot(self, encoding: str) -> None:
-        try:
-            frames = self._session.raw_frames(encoding=encoding)
-        except LimberError as error:
-            if error.code not in ("FAILED_PRECONDITION", "NOT_FOUND"):
-                raise
-            return  # nothing solved so far
-        self._reception.newest.begin_with(frames)
 
     def _obey(self, status: "service.SessionStatus") -> None:
         if status.state == service.SESSION_STATE_CLOSED:
@@ -168,3 +141,45 @@ class FrameStream:
                 raise StopIteration from error
             raise
         self._obey(status)
+
+
+class FrameStream(SessionStream):
+    """Iterates over the results of a session, oldest first; made by Session.stream().
+
+    Subscribes first, then asks for the newest frames (the Clone pattern), so nothing falls between the two. At most 8
+    messages wait for a reader that pauses: the newest, and `missed` counts the others.
+    """
+
+    def __init__(self, session: "OpenSession", encoding: str = "coordinates", timeout: float | None = None,
+                 snapshot: bool = True):
+        """timeout: longest silence in seconds before LimberError TIMEOUT; None: wait as long as the server lives."""
+        checks.one_of(encoding, ENCODINGS, "encoding")
+        checks.flag(snapshot, "snapshot")
+        super().__init__(session, encoding, Newest(), timeout)
+        try:
+            if snapshot:
+                self._take_snapshot(encoding)
+        except BaseException:
+            self.close()
+            raise
+
+    def __iter__(self) -> Iterator[StreamedFrames]:
+        return self
+
+    def __next__(self) -> StreamedFrames:
+        return self.next(self._timeout)
+
+    def next(self, timeout: float | None = None) -> StreamedFrames:
+        """The next frames, waiting at most timeout seconds; StopIteration once the session is closed."""
+        taken = self._take(timeout)
+        return StreamedFrames(self._session.result_of(taken.frames.result), taken.frames.first_frame, taken.missed,
+                              taken.received, taken.frames, self._session)
+
+    def _take_snapshot(self, encoding: str) -> None:
+        try:
+            frames = self._session.raw_frames(encoding=encoding)
+        except LimberError as error:
+            if error.code not in ("FAILED_PRECONDITION", "NOT_FOUND"):
+                raise
+            return  # nothing solved so far
+        self._reception.newest.begin_with(frames)

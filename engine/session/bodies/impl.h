@@ -40,6 +40,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
 
   EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected);
   void solve_cold(std::uint64_t request);
+  void look_at(spacetime::FrameSpan frames);
 
   [[nodiscard]] scene::Scene scene() const;
   [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
@@ -129,6 +130,11 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
                                                    bool is_final);
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
 
+  // early_frames.cpp: of long motions, what is looked at and what was edited, before all of it.
+  void publish_early(const Round& round, const spacetime::SolveReport& report);
+  /// Of the solver's motion, disjoint: at most kEarlyFrames in all.
+  [[nodiscard]] std::vector<spacetime::FrameSpan> early_spans(const EditBatch& batch) const;
+
   // exact.cpp: the step behind the reduced model's answer.
   [[nodiscard]] bool is_quiet();
   void use_level(reduced::LayeredKinematics::Level level);
@@ -176,7 +182,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::shared_ptr<const Built> built_;
   static constexpr std::size_t kShownKept = 4;  // bases that clients may still ask for
   std::deque<std::shared_ptr<const ShownBasis>> shown_;
-  std::atomic<bool> interrupt_{false};  // the running solve is out of date
+  std::deque<spacetime::FrameSpan> views_;  // newest first
+  std::atomic<bool> interrupt_{false};      // the running solve is out of date
 
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed

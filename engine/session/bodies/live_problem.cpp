@@ -193,15 +193,22 @@ std::vector<HeldFrame> LiveProblem::held_frames() const {
 
 void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                               Eigen::MatrixXf& q) const {
-  model_coordinates(material, motion, q);
+  coordinates(material, motion, {0, static_cast<int>(motion.cols())}, q);
+}
+
+void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                              spacetime::FrameSpan frames, Eigen::MatrixXf& q) const {
+  Eigen::MatrixXd mixed;
+  kinematics_->reduced().coordinates(frames.first, mixed_motion(material, motion, mixed), q);
   if (!shift_) return;
   const Eigen::Index own = q.rows();
   q.conservativeResize(shift_->shift.rows(), Eigen::NoChange);
   q.bottomRows(q.rows() - own).setZero();
-  Eigen::MatrixXd mixed;
   const Eigen::VectorXf share =
-      reduced::fading(mixed_motion(material, motion, mixed), shift_->poses).cast<float>();
-  q += shift_->shift * share.asDiagonal();
+      reduced::fading(mixed_motion(material, motion, mixed),
+                      shift_->poses.middleCols(frames.first, frames.count))
+          .cast<float>();
+  q += shift_->shift.middleCols(frames.first, frames.count) * share.asDiagonal();
 }
 
 void LiveProblem::model_coordinates(const spacetime::Material& material,

@@ -101,6 +101,9 @@ class LiveProblem {
   /// The same as they are shown, with the shift: h' x N.
   void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                    Eigen::MatrixXf& q) const;
+  /// Some columns of these. @param motion  of the span's frames alone
+  void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                   spacetime::FrameSpan frames, Eigen::MatrixXf& q) const;
   /// Share of power that shakes, of a motion (z, r x N) with a material; of few frames none.
   [[nodiscard]] std::optional<double> high_frequency_share(const spacetime::Material& material,
                                                            const Eigen::MatrixXd& motion) const;

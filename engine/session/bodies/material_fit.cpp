@@ -213,7 +213,9 @@ void BodySession::Impl::fill_material(const spacetime::Material& material,
 }
 
 void BodySession::Impl::show_by_model(BodyResult& result) const {
-  problem_->coordinates(*result.material, result.modal, result.coordinates);
+  problem_->coordinates(*result.material, result.modal,
+                        {result.first_frame, static_cast<int>(result.modal.cols())},
+                        result.coordinates);
   result.shown = problem_shown_;
   const Eigen::Index size = result.shown->basis->cols(), before = result.coordinates.rows();
   if (before < size) {  // the model's own, where nothing is known of what it misses

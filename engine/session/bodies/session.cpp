@@ -57,6 +57,8 @@ void BodySession::solve_cold(std::uint64_t request) { impl_->solve_cold(request)
 
 void BodySession::cancel() { impl_->cancel(); }
 
+void BodySession::look_at(spacetime::FrameSpan frames) { impl_->look_at(frames); }
+
 void BodySession::close() { impl_->shut(Impl::CloseNotification::kSent); }
 
 std::shared_ptr<const BodyResult> BodySession::newest_result() const {

@@ -59,6 +59,7 @@ struct BodyResult : ResultHeader {
   std::optional<double> high_frequency_share;
   double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
+  int first_frame = 0;  // of the first column of coordinates and modal: 0 but in early frames
   std::shared_ptr<const ShownBasis> shown;  // B
   /// Energies, errors and frames are those of the full rotation-strain map; else of the reduced
   /// model.
@@ -146,6 +147,12 @@ class BodySession {
   /// @param request  a number of the caller's, repeated by the results that contain this solve:
   /// a warm one may become final just when this is called
   void solve_cold(std::uint64_t request = 0);
+  /// Of a long motion these frames come early after every edit, as those near the edited
+  /// constraints do: BodyListener::on_early_frames(). The newest kViews spans count, each to
+  /// kEarlyFrames.
+  /// @throws Error{kOutOfRange} naming first_frame or frame_count
+  void look_at(spacetime::FrameSpan frames);
+
   /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
   /// kCancelled, which contains every edit accepted so far). The session keeps its newest result;
   /// of a cold solve, the final one from before, which is published again if others came between.

@@ -131,6 +131,7 @@ void BodySession::Impl::solve_order(const Round& round) {
   spacetime::Solver& solver = problem_->solver();
   material_iterations_ = 0;
   spacetime::SolveReport report = solver.correct();
+  if (!round.is_cancelled && std::isfinite(report.total_energy)) publish_early(round, report);
   demand_finite(report, solver.motion());
   if (round.is_cancelled) {
     report.status = spacetime::SolveStatus::kCancelled;

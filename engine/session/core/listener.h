@@ -16,6 +16,9 @@ class Listener {
   virtual void on_progress(const Progress&) {}  // while building
   virtual void on_state(State state, const std::string& message) = 0;
   virtual void on_result(const std::shared_ptr<const Result>& result) = 0;
+  /// Some frames of the result that comes next, as of an iterate before it: without a sequence
+  /// number. Of long motions.
+  virtual void on_early_frames(const std::shared_ptr<const Result>& /*part*/) {}
 };
 
 /// Calls a listener, if there is one: never with a lock held, since it may call any getter. One

@@ -37,7 +37,8 @@ std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::B
 
 proto::Frames encode_frames(const session::BodyResult& result, const session::Geometry& geometry,
                             proto::Encoding encoding, FrameRange range, double length_unit) {
-  proto::Frames frames = frames_of(encode_result(result, length_unit), encoding, range);
+  proto::Frames frames = frames_of(encode_result(result, length_unit), encoding,
+                                   {result.first_frame + range.first, range.count});
   frames.set_basis_hash(geometry.basis_hash);
   if (is_of_positions(encoding)) {
     set_positions(positions_of(result, geometry, range), encoding, frames);

@@ -21,7 +21,7 @@ namespace limber::server {
 ///
 /// COORDINATES copies q. POSITIONS is rest + B q in single precision: [nodes x 3] per frame [length
 /// unit]. POSITIONS_QUANTISED rounds those to 65536 levels of the box around the range's own
-/// frames.
+/// frames. Of early frames the range counts from the first of them.
 [[nodiscard]] proto::Frames encode_frames(const session::BodyResult& result,
                                           const session::Geometry& geometry,
                                           proto::Encoding encoding, FrameRange range,
@@ -38,6 +38,10 @@ class BodyFrames final : public FrameSource {
   [[nodiscard]] int frame_count() const override {
     return static_cast<int>(result_->coordinates.cols());
   }
+  [[nodiscard]] const Eigen::MatrixXf* coordinates() const override {
+    return &result_->coordinates;
+  }
+  [[nodiscard]] std::string basis_hash() const override { return geometry_->basis_hash; }
   [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override {
     return frames_bytes(encoding, count, *result_, *geometry_);
   }

@@ -126,6 +126,10 @@ bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
     case proto::Request::kSolveCold:
       *reply.mutable_solve_cold() = solve_cold();
       return true;
+    case proto::Request::kLookAt:
+      look_at(request.look_at());
+      reply.mutable_look_at();
+      return true;
     default:
       return false;
   }
@@ -145,6 +149,13 @@ proto::ExplainResponse BodyRecord::explanation() const {
   const auto session = this->session();
   const auto columns = demand_result(false)->coordinates.rows();
   return explain_body(status(), session->scene(), static_cast<int>(columns));
+}
+
+void BodyRecord::look_at(const proto::LookAtRequest& request) {
+  const FrameRange frames =
+      frame_range(request.first_frame(), request.frame_count(), opened_.frames);
+  session()->look_at({frames.first, frames.count});
+  streams_->look_at(frames);
 }
 
 proto::SolveColdResponse BodyRecord::solve_cold() {
@@ -239,6 +250,10 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
       },
       result->check == session::Check::kPending ? ResultWaiters::Check::kPending
                                                 : ResultWaiters::Check::kDone);
+}
+
+void BodyRecord::on_early_frames(const std::shared_ptr<const session::BodyResult>& part) {
+  streams_->note_early(BodyFrames(part, part->shown->geometry, opened_.length_unit));
 }
 
 }  // namespace limber::server

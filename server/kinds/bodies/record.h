@@ -47,6 +47,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   void expect_cold(JobId job);
 
   void on_result(const std::shared_ptr<const session::BodyResult>& result) override;
+  void on_early_frames(const std::shared_ptr<const session::BodyResult>& part) override;
 
  private:
   void describe(proto::SessionStatus& status) const override;
@@ -59,6 +60,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   [[nodiscard]] proto::GetMaterialResponse material() const;
   [[nodiscard]] proto::ExplainResponse explanation() const;
   [[nodiscard]] proto::SolveColdResponse solve_cold();
+  void look_at(const proto::LookAtRequest& request);
 
   const Opened opened_;
   ExportBook<session::BodyResult> exports_;

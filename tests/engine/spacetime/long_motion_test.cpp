@@ -92,6 +92,21 @@ TEST(LongMotion, AnEditEndsWhereAColdSolveDoes) {
             1e-6 * cold.cwiseAbs().maxCoeff());
 }
 
+TEST(LongMotion, SomeFramesAreThoseOfTheWholeMotion) {
+  for (const auto& [first, count] : {std::pair{0, 1}, {0, 1'000}, {3, 500}, {990, 10}, {400, 0}}) {
+    LongMotion motion(1'000);
+    PositionConstraint moved = motion.solver().constraints()[2];
+    motion.solver().move(moved.id, moved.target + Eigen::Vector3d(0.05, -0.05, 0.1));
+    motion.solver().correct();
+    const MatrixXd some = motion.solver().motion_in({first, count});
+    EXPECT_EQ(some, motion.solver().motion().middleCols(first, count)) << first;
+    EXPECT_EQ(motion.solver().motion_in({first, count}), some) << "once the whole motion is known";
+  }
+  LongMotion motion(1'000);
+  EXPECT_THROW(static_cast<void>(motion.solver().motion_in({999, 2})), Error);
+  EXPECT_THROW(static_cast<void>(motion.solver().motion_in({-1, 2})), Error);
+}
+
 TEST(LongMotion, StaysBitForBitWhereItIsTakenUpAgain) {
   LongMotion motion(1'000);
   const MatrixXd before = motion.solver().motion();

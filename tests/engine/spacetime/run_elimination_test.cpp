@@ -55,7 +55,7 @@ void expect_dense_elimination(const ModeCoefficients& modes, const Timeline& tim
   for (int i = frames.first(); i <= frames.last(); ++i)
     for (int k = 0; k < kRunModes; ++k) z(k, i) = random.uniform(-1, 1);
   const Eigen::MatrixXd around = z;
-  elimination.fill(run, z);
+  elimination.fill(run, 0, z);
 
   std::vector<int> unknown;
   for (int i = run.first; i <= run.last; ++i)

@@ -49,13 +49,14 @@ TEST_F(ServerStreams, EachEncodingUnderItsOwnTopic) {
   subscriber.subscribe("session/s/body/0/");
   std::map<std::string, proto::Frames> newest;
   // The error of the motion may follow in a second one of some topic meanwhile.
-  for (int i = 0; i < 6 && newest.size() < 3; ++i) {
+  for (int i = 0; i < 8 && newest.size() < 4; ++i) {
     const auto message = subscriber.receive();
     ASSERT_TRUE(message.has_value());
     newest[message->topic] = message->content.frames();
   }
-  ASSERT_EQ(newest.size(), 3u);
+  ASSERT_EQ(newest.size(), 4u);
   EXPECT_EQ(newest.at("session/s/body/0/coordinates").encoding(), proto::ENCODING_COORDINATES);
+  EXPECT_EQ(newest.at("session/s/body/0/changes").encoding(), proto::ENCODING_COORDINATES);
   EXPECT_EQ(newest.at("session/s/body/0/positions").data().type(), proto::DATA_TYPE_FLOAT32);
   EXPECT_EQ(newest.at("session/s/body/0/quantised").data().type(), proto::DATA_TYPE_UINT16);
 }

@@ -230,3 +230,10 @@ class Session(OpenSession):
         """Solves the current problem again from the base motion, the better of the two motions stays;
         the job's number."""
         return self.connection.call("solve_cold", service.SolveColdRequest(session=self.reference)).job
+
+    def look_at(self, first: int, count: int = 0) -> None:
+        """Of a long motion these frames come first after every edit, in follow(); count 0: to the last one, at most 4096.
+        Of several such wishes, whoever has them, the newest 8 count."""
+        request = service.LookAtRequest(session=self.reference, first_frame=checks.whole(first, "first_frame"),
+                                        frame_count=checks.whole(count, "frame_count"))
+        self.connection.call("look_at", request)

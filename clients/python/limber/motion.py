@@ -1,0 +1,125 @@
+"""A motion that is kept up to date by what changes of it: for long ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Iterator
+
+import numpy as np
+
+from . import arrays
+from .errors import LimberError
+from .messages import service
+from .newest import Changes
+from .results import Result
+from .stream import SessionStream
+
+if TYPE_CHECKING:
+    from .open_session import OpenSession
+
+
+@dataclass(frozen=True)
+class MotionUpdate:
+    """Some frames of a motion that have changed. The motion itself is MotionStream.coordinates."""
+
+    result: Result       # an early update is of none: its sequence is 0
+    first_frame: int     # first_frame .. first_frame + frame_count - 1 are new
+    frame_count: int
+    whole: bool          # the motion is that of `result` now; else some frames are still those of the one before
+    early: bool          # before their result is whole: what is looked at, and what lies near an edit
+    missed: int          # messages lost just before; the motion was fetched anew where it needed that
+
+
+class MotionStream(SessionStream):
+    """Iterates over what changes of a session's motion, and keeps the motion; made by Session.follow().
+
+    Frames that differ from what was sent before by less than single precision shows are not sent again. Where messages
+    were lost, the motion is fetched. Ends and raises as Session.stream().
+    """
+
+    def __init__(self, session: "OpenSession", timeout: float | None = None):
+        """timeout: longest silence in seconds before LimberError TIMEOUT; None: wait as long as the server lives."""
+        super().__init__(session, "changes", Changes(), timeout)
+        self._motion: np.ndarray | None = None
+        self._sequence = 0           # of the result whose frames these are; 0: of none
+        self._begun = 0              # of the result that some frames are of already; 0: none
+        self._hash = ""
+
+    @property
+    def sequence(self) -> int:
+        """Of the result that the motion is of; 0: of none."""
+        return self._sequence
+
+    @property
+    def coordinates(self) -> np.ndarray:
+        """frames x h float32, read-only: what is known of the motion now. It changes with the next update."""
+        if self._motion is None:
+            raise LimberError("FAILED_PRECONDITION", "there is no motion before the first update")
+        view = self._motion.view()
+        view.flags.writeable = False
+        return view
+
+    def positions(self, first: int = 0, count: int = 0) -> np.ndarray:
+        """frames x nodes x 3 float32 [length unit], of `count` frames (0: to the last)."""
+        wanted = service.Frames(encoding=service.ENCODING_COORDINATES, basis_hash=self._hash)
+        frames = self.coordinates
+        return self._session.geometry_for(wanted).positions(frames[first:first + count if count else len(frames)])
+
+    def __iter__(self) -> Iterator[MotionUpdate]:
+        return self
+
+    def __next__(self) -> MotionUpdate:
+        return self.next(self._timeout)
+
+    def next(self, timeout: float | None = None) -> MotionUpdate:
+        """The next update, waiting at most timeout seconds; StopIteration once the session is closed."""
+        missed = 0
+        while True:
+            taken = self._take(timeout)
+            missed += taken.missed
+            update = self._put(taken.frames, missed)
+            if update is not None:
+                return update
+
+    def _put(self, frames: "service.Frames", missed: int) -> MotionUpdate | None:
+        changes, sequence = frames.changes, frames.result.sequence
+        if changes.early:
+            if self._motion is None or changes.base_sequence != self._sequence or self._begun:
+                return None
+            self._write(frames)
+            return self._update(frames, whole=False, missed=missed)
+        if sequence <= self._sequence:
+            return None
+        continues = sequence == self._begun or (changes.base_sequence == self._sequence and self._sequence != 0)
+        if not continues and changes.base_sequence == 0 and frames.first_frame == 0:
+            self._begin(frames)
+            continues = True
+        if not continues:
+            return self._fetch(missed)
+        self._write(frames)
+        self._begun = sequence if changes.more else 0
+        if not changes.more:
+            self._sequence = sequence
+        return self._update(frames, whole=not changes.more, missed=missed)
+
+    def _begin(self, frames: "service.Frames") -> None:
+        data = arrays.to_numpy(frames.data, "frames")
+        self._motion = np.zeros((frames.changes.motion_frames, *data.shape[1:]), np.float32)
+        self._hash = frames.basis_hash
+        self._sequence = 0
+
+    def _fetch(self, missed: int) -> MotionUpdate:
+        frames = self._session.raw_frames()
+        self._motion = np.array(arrays.to_numpy(frames.data, "frames"))
+        self._hash = frames.basis_hash
+        self._sequence, self._begun = frames.result.sequence, 0
+        return self._update(frames, whole=True, missed=missed)
+
+    def _write(self, frames: "service.Frames") -> None:
+        if frames.frame_count:
+            data = arrays.to_numpy(frames.data, "frames")
+            self._motion[frames.first_frame:frames.first_frame + frames.frame_count] = data
+
+    def _update(self, frames: "service.Frames", whole: bool, missed: int) -> MotionUpdate:
+        return MotionUpdate(self._session.result_of(frames.result), frames.first_frame, frames.frame_count, whole,
+                            frames.changes.early, missed)

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "limber/v1/service.pb.h"
+#include "server/wire/frame_source.h"
+
+namespace limber::server {
+
+/// What the subscribers of a session's topic `changes` hold, and the messages that bring them from
+/// one result to the next (see FrameChanges of limber.v1). Frames count as unchanged where no
+/// coordinate differs from what was sent by more than the spacing of single precision at the
+/// largest one: differences do not add up over results. For one thread at a time.
+class ChangeStream {
+ public:
+  /// @param chunk_bytes  of frames in a message, at most
+  explicit ChangeStream(std::uint64_t chunk_bytes) : chunk_bytes_(chunk_bytes) {}
+
+  /// To a newer result: looked at first, then what changes most. All of its frames where nothing
+  /// was sent before, or in another basis. Nothing of a result that was sent already.
+  [[nodiscard]] std::vector<proto::Frames> advance(const FrameSource& result);
+  /// Some frames of a result that is not whole yet; they are brought again with it. Nothing where
+  /// subscribers hold no motion of that basis.
+  [[nodiscard]] std::vector<proto::Frames> show_early(const FrameSource& part);
+  /// All frames, for who holds none.
+  [[nodiscard]] std::vector<proto::Frames> begin(const FrameSource& result);
+  /// Nobody holds anything any more.
+  void forget();
+
+  /// These frames come first from now on. Of several such spans the newest 8 count.
+  void look_at(FrameRange frames);
+
+ private:
+  struct Changes;
+  [[nodiscard]] Changes compare(const FrameSource& result) const;
+  void keep(const FrameSource& result, const std::vector<FrameRange>& ranges);
+  [[nodiscard]] std::vector<proto::Frames> encode(const FrameSource& result,
+                                                  const std::vector<FrameRange>& ranges,
+                                                  std::uint64_t base) const;
+
+  std::uint64_t chunk_bytes_;
+  std::uint64_t sequence_ = 0;  // of the result that subscribers hold; 0: none
+  std::string basis_hash_;
+  Eigen::MatrixXf sent_;           // coordinates of each frame as they were sent last
+  std::vector<FrameRange> early_;  // sent since, of no result
+  std::deque<FrameRange> looked_;  // newest first
+};
+
+}  // namespace limber::server
