@@ -119,6 +119,7 @@ struct FullPairs {
   Eigen::VectorXd eigenvalues;
   Eigen::MatrixXd modes;
   Eigen::VectorXd residuals;  // as ModalBasis::max_residual
+  Eigen::VectorXd errors;     // as ModalBasis::eigenvalue_error
   int mechanism_count = 0;
 };
 
@@ -134,6 +135,7 @@ FullPairs refine_eigenvalues(const ElasticBody& body, const DofMap& dofs, const 
   pairs.eigenvalues.resize(count);
   pairs.residuals.resize(count);
   Eigen::VectorXd noise(count);
+  Eigen::MatrixXd residuals(ritz.vectors.rows(), count);
   const Eigen::VectorXd flexibility = op.stiffness().diagonal().cwiseInverse();
   parallel_for(count, 1, [&](std::int64_t k, std::int64_t) {
     pairs.eigenvalues[k] = 2 * strain_energy(body.mesh, gradient, pairs.modes.col(k));
@@ -142,10 +144,15 @@ FullPairs refine_eigenvalues(const ElasticBody& body, const DofMap& dofs, const 
     const Eigen::VectorXd forces =
         dofs.restrict_rows(elastic_forces(body.mesh, gradient, pairs.modes.col(k))) /
         std::sqrt(op.mass_unit());
-    const Eigen::VectorXd residual = forces - pairs.eigenvalues[k] * ritz.mass_vectors.col(k);
-    pairs.residuals[k] = std::sqrt(residual.cwiseAbs2().dot(flexibility) /
+    residuals.col(k) = forces - pairs.eigenvalues[k] * ritz.mass_vectors.col(k);
+    pairs.residuals[k] = std::sqrt(residuals.col(k).cwiseAbs2().dot(flexibility) /
                                    std::max(pairs.eigenvalues[k], op.shift()));
   });
+  const Eigen::MatrixXd corrections = op.solve(residuals);
+  pairs.errors = (residuals.cwiseProduct(corrections).colwise().sum().transpose().array() /
+                  pairs.eigenvalues.array().max(op.shift()))
+                     .max(0)
+                     .sqrt();
   while (pairs.mechanism_count < count && pairs.eigenvalues[pairs.mechanism_count] <=
                                               kMechanismNoise * noise[pairs.mechanism_count]) {
     ++pairs.mechanism_count;
@@ -164,6 +171,7 @@ void order_pairs(FullPairs& pairs, double smallest_unit) {
   pairs.eigenvalues = Eigen::VectorXd(pairs.eigenvalues(order));
   pairs.modes = Eigen::MatrixXd(pairs.modes(Eigen::all, order));
   pairs.residuals = Eigen::VectorXd(pairs.residuals(order));
+  pairs.errors = Eigen::VectorXd(pairs.errors(order));
   const double unit = first < pairs.eigenvalues.size() ? pairs.eigenvalues[first] : smallest_unit;
   pairs.eigenvalues.head(first).setConstant(kMechanismShare * unit);
 }
@@ -238,6 +246,8 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
   basis.rigid_count = rigid_count;
   basis.max_residual = std::max(residual, pairs.residuals.head(count).maxCoeff());
   basis.mechanism_count = std::min(pairs.mechanism_count, count);
+  for (int k = basis.mechanism_count; k < count; ++k)
+    basis.eigenvalue_error = std::max(basis.eigenvalue_error, pairs.errors[k]);
   basis.eigenvalues.setZero(rigid_count + count);
   basis.eigenvalues.tail(count) = pairs.eigenvalues.head(count);
   basis.modes.resize(dofs.full_count(), rigid_count + count);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "engine/base/clauses.h"
 #include "engine/base/error.h"
 #include "engine/bodies/modal_analysis.h"
 #include "engine/reduced/basis_choice.h"
@@ -60,13 +61,23 @@ void report_errors(const TrainingSet& set, double tolerance, ReducedModel& model
 
 void report_mechanisms(ReducedModel& model) {
   if (model.mechanism_count == 0) return;
-  std::string& message = model.report.message;
-  if (!message.empty()) message += "; ";
-  message += fmt::format(
-      "{} of {} modes without stiffness: mechanisms (parts that fold about an edge or a node, a "
-      "body "
-      "held along a line or at a node), which only constraints hold",
-      model.mechanism_count, model.coordinate_count() - model.rigid_count);
+  append_clause(
+      model.report.message,
+      fmt::format("{} of {} modes without stiffness: mechanisms (parts that fold about an "
+                  "edge or a node, a body held along a line or at a node), which only "
+                  "constraints hold",
+                  model.mechanism_count, model.coordinate_count() - model.rigid_count));
+}
+
+/// Where rounding leaves frequencies uncertain by more than anybody would expect.
+void report_uncertainty(const bodies::ModalBasis& eigen, ReducedModel& model) {
+  constexpr double kExpected = 1e-4;
+  if (eigen.eigenvalue_error <= kExpected) return;
+  append_clause(
+      model.report.message,
+      fmt::format("squared frequencies are certain to {:.1g} of themselves only: cells this "
+                  "flat, or stiffnesses this far apart, leave no more digits",
+                  eigen.eigenvalue_error));
 }
 
 void check_basis_size(const bodies::ElasticBody& body, const ModelOptions& options) {
@@ -141,6 +152,7 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
     model.report.message.clear();
   }
   report_mechanisms(model);
+  report_uncertainty(eigen, model);
   model.report.cubature_s = watch.lap();
   job.report("done", 1);
   return model;

@@ -63,6 +63,21 @@ TEST(ModalHardCases, NearlyIncompressible) {
   }
 }
 
+/// Squared frequencies of sheets of cells that lock do not depend on their thickness.
+TEST(ModalHardCases, FlatCells) {
+  const auto sheet = [](double thickness) {
+    return modes_of(box_body({12, 4, 4}, {1, 0.3, thickness}, Hold::kLeftFace), 15);
+  };
+  const ModalBasis sound = sheet(1e-3), flat = sheet(1e-6);
+  EXPECT_LT(sound.eigenvalue_error, 1e-6);
+  EXPECT_LT(flat.max_residual, 1e-8) << "which says nothing here";
+  EXPECT_GT(flat.eigenvalue_error, 1e-5);
+  EXPECT_LT(flat.eigenvalue_error, 1e-2);
+  const double off = std::abs(flat.eigenvalues[0] / sound.eigenvalues[0] - 1);
+  EXPECT_GT(off, 1e-5);
+  EXPECT_LT(off, 30 * flat.eigenvalue_error) << "r itself has rounded";
+}
+
 TEST(ModalHardCases, StiffnessContrast1e8WithTheHeldHalfStiff) {
   // The stiff half is a wall: the modes are those of the soft half held at its end.
   ElasticBody body = box_body({16, 4, 4}, {4, 1, 1}, Hold::kLeftFace);
