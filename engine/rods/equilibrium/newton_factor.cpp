@@ -29,7 +29,7 @@ constexpr int kChords = 3;
 constexpr double kChordContraction = 0.3;  // of the imbalance
 // Corrections that are only shown: the first may turn by so much [rad], the others are shorter.
 constexpr double kShownTurn = 0.2;
-constexpr double kShownPart = 0.3;  // of the one before
+constexpr double kShownPart = 0.2;  // of the one before
 constexpr int kShownParts = 3;
 // How often a step is shortened, and by which factor it may turn beyond the trust radius.
 constexpr int kShortenings = 3;
@@ -215,7 +215,7 @@ bool NewtonRun::chords(LinkageState& state, const IterateCallback& on_iterate) {
       if (round > 0) return false;
       ++report_.corrections;
       move_prescribed(state, step.x);
-      if (on_iterate) on_iterate(report_.iterations, state);
+      show(state, on_iterate);
       continue;
     }
     LinkageState next = state.moved(model_, step.x);
@@ -227,7 +227,7 @@ bool NewtonRun::chords(LinkageState& state, const IterateCallback& on_iterate) {
     ++report_.corrections;
     const double before = report_.max_gradient_scaled;
     accept(state, std::move(next), step.x, step.x);
-    if (on_iterate) on_iterate(report_.iterations, state);
+    show(state, on_iterate);
     if (balanced()) return true;
     if (report_.max_gradient_scaled > kChordContraction * before) return false;
   }
@@ -248,10 +248,11 @@ void NewtonRun::show_correction(const LinkageState& state, const Step& step,
   for (int round = 0; round < kShownParts; ++round, part *= kShownPart) {
     Shown trial{state.moved(model_, part * step.x), part * step.x};
     // The whole step is known to end higher.
-    const bool is_found = (part < 1 && is_lower(trial)) || (correct(trial) && is_lower(trial));
+    bool is_found = part < 1 && is_lower(trial);
+    if (!is_found && round == 0) is_found = correct(trial) && is_lower(trial);
     if (!is_found) continue;
     shown_ = std::move(trial);
-    return on_iterate(report_.iterations, shown_->state);
+    return show(shown_->state, on_iterate);
   }
 }
 

@@ -131,9 +131,16 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
 }
 
 /// Before everything that takes as long as a factor: who drags waits no longer than for one of
-/// them. The state is changed by accept() alone, so that it is always the last iterate.
+/// them. The state is changed by accept() alone, so that it is always the last iterate. Who watches
+/// has seen a shape before: solves of which each is interrupted by the next would get nowhere.
 void NewtonRun::throw_if_interrupted() const {
-  if (cancellation_.requested()) throw Interrupted{};
+  if (cancellation_.requested() && (has_shown_ || !is_watched_)) throw Interrupted{};
+}
+
+void NewtonRun::show(const LinkageState& state, const IterateCallback& on_iterate) {
+  if (!on_iterate) return;
+  has_shown_ = true;
+  on_iterate(report_.iterations, state);
 }
 
 /// What comes next begins with what serves it best: the shape that was shown, and a factor that is
@@ -152,7 +159,7 @@ void NewtonRun::interrupt(LinkageState& state) {
 
 void NewtonRun::search(LinkageState& state, const IterateCallback& on_iterate) {
   for (;;) {
-    throw_if_interrupted();
+    if (cancellation_.requested()) throw Interrupted{};
     if (!std::isfinite(potential_)) {
       finish(EquilibriumStatus::kStalled, degenerate_text(model_, state));
       break;
@@ -203,7 +210,7 @@ void NewtonRun::search(LinkageState& state, const IterateCallback& on_iterate) {
                                       report_.iterations, imbalance_text()));
       break;
     }
-    if (on_iterate) on_iterate(report_.iterations, state);
+    show(state, on_iterate);
   }
 }
 

@@ -103,6 +103,7 @@ class NewtonRun {
   void keep_unshifted_factor();
   void interrupt(LinkageState& state);
   void throw_if_interrupted() const;
+  void show(const LinkageState& state, const IterateCallback& on_iterate);
   void solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
 
   void limit(const LinkageState& state, double largest, Step& step) const;
@@ -151,7 +152,7 @@ class NewtonRun {
   double shortest_;  // share of rest that a joint's edges keep
 
   Cancellation cancellation_;
-  bool is_watched_ = false;
+  bool is_watched_ = false, has_shown_ = false;
   /// The last correction that was shown, while the state is where the search began.
   std::optional<Shown> shown_;
   std::vector<int> bounded_;  // lengths that rest on their bound
