@@ -131,8 +131,8 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
 }
 
 /// Before everything that takes as long as a factor: who drags waits no longer than for one of
-/// them. The state is changed by accept() alone, so that it is always the last iterate. Who watches
-/// has seen a shape before: solves of which each is interrupted by the next would get nowhere.
+/// them. Only accept() changes the state before, so that it is the last iterate. Who watches has
+/// seen a shape then: solves of which each is interrupted by the next would get nowhere.
 void NewtonRun::throw_if_interrupted() const {
   if (cancellation_.requested() && (has_shown_ || !is_watched_)) throw Interrupted{};
 }
