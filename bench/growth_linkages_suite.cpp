@@ -1,10 +1,8 @@
 // How times of linkages grow with joints and with edges a segment. Rows as those of growth_bodies.
-// The linkage is a flat grid of rods whose cells are longer in its middle, as the sample `dome`,
-// with so many rods in each direction; it is opened by 10 degrees, which takes it out of its plane.
+// The linkage is that of dome_lines(), opened by 10 degrees, which takes it out of its plane.
 #include <fmt/core.h>
 
-#include <cmath>
-
+#include "bench/dome_lines.h"
 #include "bench/growth_rows.h"
 #include "bench/suite.h"
 #include "engine/base/degrees.h"
@@ -15,31 +13,6 @@
 
 namespace limber::bench {
 namespace {
-
-/// @param rods  in each direction, >= 3: rods^2 joints but for corners
-rods::LineMesh dome_lines(int rods) {
-  constexpr double kLength = 1.2, kHalfAngle = 10 * kDegree, kLonger = 0.3;
-  const double last = rods - 1;
-  const auto along = [&](double s, double across) {
-    const double t = 2 * s / last - 1, u = 2 * across / last - 1;
-    return 0.5 * kLength * (t + kLonger * (1 - u * u) * (t - t * t * t / 3));
-  };
-  rods::LineMesh lines;
-  lines.vertices.resize(3, rods * rods);
-  lines.edges.resize(2, 2 * rods * (rods - 1));
-  int edge = 0;
-  for (int i = 0; i < rods; ++i) {
-    for (int j = 0; j < rods; ++j) {
-      const int vertex = i * rods + j;
-      const double a = along(i, j), b = along(j, i);
-      lines.vertices.col(vertex) << (a + b) * std::cos(kHalfAngle), (a - b) * std::sin(kHalfAngle),
-          0;
-      if (j + 1 < rods) lines.edges.col(edge++) << vertex, vertex + 1;
-      if (i + 1 < rods) lines.edges.col(edge++) << vertex, vertex + rods;
-    }
-  }
-  return lines;
-}
 
 void grow_linkage(const char* growth, int rods, int edges, const SuiteOptions& options,
                   Recorder& recorder) {

@@ -57,6 +57,7 @@ void beams_suite(const SuiteOptions& options, Recorder& recorder);
 void exact_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_errors_suite(const SuiteOptions& options, Recorder& recorder);
+void estimates_suite(const SuiteOptions& options, Recorder& recorder);
 // Of the report: time against error, growth, and what scripts/check-ratios guards.
 void spacetime_error_suite(const SuiteOptions& options, Recorder& recorder);
 void material_error_suite(const SuiteOptions& options, Recorder& recorder);
@@ -65,6 +66,7 @@ void design_error_suite(const SuiteOptions& options, Recorder& recorder);
 void streams_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_bodies_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_linkages_suite(const SuiteOptions& options, Recorder& recorder);
+void linkage_drag_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_beams_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_sessions_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_subscribers_suite(const SuiteOptions& options, Recorder& recorder);

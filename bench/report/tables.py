@@ -79,6 +79,10 @@ TABLES = [
         ("public code's over it", "iteration_ratio"), ("Hessian [ms]", "hessian_ms"), ("factor [ms]", "factorization_ms"),
         ("retarget [ms]", "retarget_ms"), ("energies differ by", "energy_difference")],
         text="The public code's figures are its own, from another machine."),
+    RawTable("linkage_drag", "A target of a linkage dragged once around a circle", [
+        ("linkage", "linkage"), ("unknowns", "unknowns"), ("moves", "edits"), ("first shape [ms]", "first_ms"),
+        ("19 of 20 within", "first_most_ms"), ("equilibrium [ms]", "final_ms"), ("first shape off by", "correction_error"),
+        ("moves shown", "shown"), ("failed", "failed")]),
     RawTable("linkage_solver", "One Newton iteration, part by part", [
         ("linkage", "model"), ("unknowns", "dofs"), ("threads", "threads"), ("Hessian [ms]", "hessian_ms"),
         ("factor [ms]", "factorization_ms"), ("CHOLMOD [ms]", "cholmod_factorization_ms"), ("solve [ms]", "solve_ms"),
@@ -106,6 +110,11 @@ TABLES = [
         ("edit", "edit"), ("edits", "number"), ("ends", "ended"), ("median [ms]", "edit_ms"), ("most", "edit_ms_max"),
         ("user CPU, median [ms]", "user_ms"), ("most", "user_ms_max"), ("factorizations, median", "factorizations"),
         ("most", "factorizations_max")], {"edit_ms_max": NUMBER}),
+    RawTable("estimates", "Estimates of discretisation errors against the truth", [
+        ("of", "kind"), ("errors", "errors"), ("within a factor of 3 [%]", "within_3", 100), ("least over the truth", "least_ratio"),
+        ("most", "largest_ratio")], {"case": "all"},
+        text="Positions and energies of known answers, domes and burd, with 3 to 40 edges or elements; truth by edges an "
+             "eighth, elements a sixteenth as long."),
     RawTable("cholesky", "Cholesky factors: CHOLMOD's supernodal module and our own", [
         ("body", "body"), ("rows", "rows"), ("analysis [ms]", "analysis_ms"), ("own", "own_analysis_ms"),
         ("factor [ms]", "factor_ms"), ("own", "own_factor_ms"), ("solve [ms]", "solve_ms"), ("own", "own_solve_ms"),

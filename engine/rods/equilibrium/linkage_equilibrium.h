@@ -35,7 +35,7 @@ enum class EquilibriumStatus {
   kStalled,         // no step, however small, lowered the potential
   kSaddle,          // balanced, but unstable, and no descent direction was found
   kUnbalanced,      // loads push a component that nothing holds
-  kCancelled,       // by the caller; the state is the last iterate
+  kCancelled,       // by the caller, also within a step; the state is the last iterate
 };
 
 struct EquilibriumReport {
@@ -65,7 +65,10 @@ struct EquilibriumReport {
   }
 };
 
-/// Called after each Newton step with its number, from 1, and the shape.
+/// Called with shapes on the way to an equilibrium: after each Newton step with its number, from 1,
+/// and before with 0 after corrections by the factor of the last equilibrium, which take a fraction
+/// of a step. The latter are lower than where the search begins, but it need not continue from
+/// them.
 using IterateCallback = std::function<void(int iteration, const LinkageState& state)>;
 
 namespace detail {

@@ -45,6 +45,7 @@ constexpr double kBeyondForces = 4;
 /// vertices stretches what only bends (geodesic acceleration: Transtrum, Sethna 2012). Gradients
 /// are counted from their own states, which turns them by terms odd in e; the sum is free of them.
 Eigen::VectorXd NewtonRun::acceleration(const LinkageState& state, const Eigen::VectorXd& v) {
+  throw_if_interrupted();
   ++report_.corrections;
   const double turn = work_.scales.largest_turn(model_, state, v);
   const double small = std::min(1.0, kDifferenceTurn / turn);
@@ -189,6 +190,7 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
   step_shift_ = report_.final_shift;
   const SufficientDecrease decrease{potential_, step.slope, rounding()};
   const auto attempt = [&](double part) {
+    throw_if_interrupted();
     const auto shorter = StepVerdict::retry(part / 2);
     Eigen::VectorXd x = part * step.x;
     if (bend.size() > 0) x += 0.5 * part * part * bend;

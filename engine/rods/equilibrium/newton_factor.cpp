@@ -27,6 +27,10 @@ constexpr double kPrescribedTurn = 0.1;  // [rad]
 // Steps with one factor, and the share of the imbalance that each may leave.
 constexpr int kChords = 3;
 constexpr double kChordContraction = 0.3;  // of the imbalance
+// Corrections that are only shown: the first may turn by so much [rad], the others are shorter.
+constexpr double kShownTurn = 0.2;
+constexpr double kShownPart = 0.2;  // of the one before
+constexpr int kShownParts = 3;
 // How often a step is shortened, and by which factor it may turn beyond the trust radius.
 constexpr int kShortenings = 3;
 constexpr double kLoose = 1.5;  // of the trust radius: longer steps are damped
@@ -39,6 +43,8 @@ bool same_matrix(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 /// @returns whether the shifted Hessian is positive definite under the constraints
 bool NewtonRun::factor(double shift) {
+  throw_if_interrupted();  // while there is still the factor before
+  if (is_watched_) keep_unshifted_factor();
   HessianFactor& made = *work_.factor;
   made.bordered.reset();
   made.fixed = fixed();
@@ -56,6 +62,15 @@ bool NewtonRun::factor(double shift) {
   made.border(holding_.rows());
   report_.negative_eigenvalues = made.bordered->negative();
   return made.bordered->positive_definite();
+}
+
+void NewtonRun::keep_unshifted_factor() {
+  if (!work_.factor->bordered || work_.factor->shift != 0) return;
+  if (!work_.unshifted) {
+    work_.unshifted = std::make_unique<HessianFactor>(model_.chains());
+    work_.unshifted->solver.set_shift_weights(work_.scales.weights());
+  }
+  std::swap(work_.factor, work_.unshifted);
 }
 
 /// Factors with no shift, with one that is lost in rounding (mechanisms), or with the least of a
@@ -188,8 +203,9 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
 
 /// Steps with the factor at hand while they pay: one of them costs a fraction of a new factor.
 /// @returns whether the state is balanced now
-bool NewtonRun::chords(LinkageState& state) {
+bool NewtonRun::chords(LinkageState& state, const IterateCallback& on_iterate) {
   for (int round = 0; round < kChords; ++round) {
+    if (round > 0) throw_if_interrupted();
     if (!work_.factor->bordered || work_.factor->fixed != fixed()) return false;
     if (!same_matrix(work_.factor->rows, holding_.rows())) work_.factor->border(holding_.rows());
     Step step = step_with_factor(state);
@@ -199,18 +215,63 @@ bool NewtonRun::chords(LinkageState& state) {
       if (round > 0) return false;
       ++report_.corrections;
       move_prescribed(state, step.x);
+      show(state, on_iterate);
       continue;
     }
     LinkageState next = state.moved(model_, step.x);
-    if (!(potential(next) + terms_.moment_potential(step.x) <= potential_ + rounding()))
+    if (!(potential(next) + terms_.moment_potential(step.x) <= potential_ + rounding())) {
+      if (on_iterate && report_.iterations == 0 && round == 0)
+        show_correction(state, step, on_iterate);
       return false;
+    }
     ++report_.corrections;
     const double before = report_.max_gradient_scaled;
     accept(state, std::move(next), step.x, step.x);
+    show(state, on_iterate);
     if (balanced()) return true;
     if (report_.max_gradient_scaled > kChordContraction * before) return false;
   }
   return false;
+}
+
+/// For who watches, where a step with the factor at hand ends higher, since straight motion
+/// stretches rods: a shorter one, or the same factor takes that back. Shows the first of a few
+/// shapes that is lower than the state; the search does not continue from it, so that equilibria
+/// are the same whether anyone watches or not, unless it is interrupted before its first step: then
+/// the next one does. Not interrupted itself: the next edit would only begin it again.
+void NewtonRun::show_correction(const LinkageState& state, const Step& step,
+                                const IterateCallback& on_iterate) {
+  const auto is_lower = [&](const Shown& trial) {
+    return potential(trial.state) + terms_.moment_potential(trial.increment) < potential_;
+  };
+  double part = std::min(1.0, kShownTurn / step.turn);
+  for (int round = 0; round < kShownParts; ++round, part *= kShownPart) {
+    Shown trial{state.moved(model_, part * step.x), part * step.x};
+    // The whole step is known to end higher.
+    bool is_found = part < 1 && is_lower(trial);
+    if (!is_found && round == 0) is_found = correct(trial) && is_lower(trial);
+    if (!is_found) continue;
+    shown_ = std::move(trial);
+    return show(shown_->state, on_iterate);
+  }
+}
+
+/// Takes back, with the factor at hand, what a step has stretched; how far it goes stays.
+bool NewtonRun::correct(Shown& trial) {
+  Eigen::VectorXd& gradient = work_.scratch;
+  (void)work_.assembly.gradient(trial.state, gradient);
+  terms_.add_gradient(trial.state, gradient);
+  Eigen::VectorXd back = -gradient;
+  for (const int unknown : work_.factor->fixed) back[unknown] = 0;
+  solve(back, Eigen::VectorXd::Zero(work_.factor->rows.rows()));
+  back = beside(std::move(back), trial.increment);
+  const double turn = work_.scales.largest_turn(model_, trial.state, trial.increment);
+  if (!(work_.scales.largest_turn(model_, trial.state, back) <= turn) ||
+      bound_fraction(trial.state, back) < 1)
+    return false;
+  trial.state = trial.state.moved(model_, back);
+  trial.increment += back;
+  return true;
 }
 
 /// Turns stay moderate.

@@ -32,6 +32,8 @@ constexpr const char* kHiddenLoads =
 // Turn of a joint up to which a factor of one state serves for a step from another [rad].
 constexpr double kNearby = 0.1;
 
+struct Interrupted {};
+
 }  // namespace
 
 NewtonWorkspace::NewtonWorkspace(const LinkageModel& linkage)
@@ -53,6 +55,7 @@ NewtonWorkspace& NewtonWorkspace::for_present_sections() {
   sections = model.section_scales();
   scales = UnknownScales(model);
   factor->solver.set_shift_weights(scales.weights());
+  unshifted.reset();
   guess_shift = shift = 0;
   certified = false;
   return *this;
@@ -69,6 +72,7 @@ void NewtonWorkspace::begin_at(const LinkageState& state) {
                                });
   if (near) return;
   factor->bordered.reset();
+  if (unshifted) unshifted->bordered.reset();
   guess_shift = shift = 0;
   mechanism = false;
 }
@@ -114,11 +118,48 @@ Eigen::VectorXd NewtonRun::softest_at(const LinkageState& state) {
 EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                                  const IterateCallback& on_iterate) {
   evaluate(state);
+  cancellation_ = context.cancellation;
+  is_watched_ = on_iterate != nullptr;
+  try {
+    search(state, on_iterate);
+  } catch (const Interrupted&) {
+    interrupt(state);
+    finish(EquilibriumStatus::kCancelled, "cancelled by the caller");
+  }
+  report_.turned = work_.scales.largest_turn(model_, state, work_.total_increment);
+  return report_;
+}
+
+/// Before everything that takes as long as a factor: who drags waits no longer than for one of
+/// them. Only accept() changes the state before, so that it is the last iterate. Who watches has
+/// seen a shape then: solves of which each is interrupted by the next would get nowhere.
+void NewtonRun::throw_if_interrupted() const {
+  if (cancellation_.requested() && (has_shown_ || !is_watched_)) throw Interrupted{};
+}
+
+void NewtonRun::show(const LinkageState& state, const IterateCallback& on_iterate) {
+  if (!on_iterate) return;
+  has_shown_ = true;
+  on_iterate(report_.iterations, state);
+}
+
+/// What comes next begins with what serves it best: the shape that was shown, and a factor that is
+/// that of a Hessian.
+void NewtonRun::interrupt(LinkageState& state) {
+  if (shown_) {
+    work_.total_increment += shown_->increment;
+    state = std::move(shown_->state);
+    shown_.reset();
+    evaluate(state);
+  }
+  const bool is_plain = work_.factor->bordered && work_.factor->shift == 0;
+  if (!is_plain && work_.unshifted && work_.unshifted->bordered)
+    std::swap(work_.factor, work_.unshifted);
+}
+
+void NewtonRun::search(LinkageState& state, const IterateCallback& on_iterate) {
   for (;;) {
-    if (context.cancellation.requested()) {
-      finish(EquilibriumStatus::kCancelled, "cancelled by the caller");
-      break;
-    }
+    if (cancellation_.requested()) throw Interrupted{};
     if (!std::isfinite(potential_)) {
       finish(EquilibriumStatus::kStalled, degenerate_text(model_, state));
       break;
@@ -150,7 +191,7 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                          report_.iterations, imbalance_text()));
       break;
     }
-    if (chords(state)) continue;
+    if (chords(state, on_iterate)) continue;
     ++report_.iterations;
     const Step step = newton_step(state);
     if (towards_saddle(step)) {
@@ -169,10 +210,8 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                                       report_.iterations, imbalance_text()));
       break;
     }
-    if (on_iterate) on_iterate(report_.iterations, state);
+    show(state, on_iterate);
   }
-  report_.turned = work_.scales.largest_turn(model_, state, work_.total_increment);
-  return report_;
 }
 
 /// Energy, gradient and what is to be judged by them.
@@ -328,6 +367,7 @@ void NewtonRun::accept(LinkageState& state, LinkageState next, const Eigen::Vect
                        const Eigen::VectorXd& linear) {
   work_.total_increment += x;
   work_.expected = false;
+  shown_.reset();
   stable_ = false;
   std::swap(state, next);
   evaluate(state);

@@ -34,6 +34,9 @@ struct NewtonWorkspace {
   LinkageAssembly assembly;
   CondensedMatrix matrix;
   std::unique_ptr<HessianFactor> factor;  // of the last factorisation
+  /// The last one without a shift before it, of solves that are watched; null: none. What holds a
+  /// step while it is bent is no factor to begin with where the solve was interrupted then.
+  std::unique_ptr<HessianFactor> unshifted;
   Eigen::VectorXd gradient;
   Eigen::VectorXd scratch;  // the gradient that comes with a Hessian
   Eigen::VectorXd total_increment;
@@ -87,7 +90,20 @@ class NewtonRun {
   void factor_positive(double least, const LinkageState& state);
   [[nodiscard]] Step newton_step(const LinkageState& state);
   [[nodiscard]] Step step_with_factor(const LinkageState& state) const;
-  bool chords(LinkageState& state);
+  /// A shape beside the state.
+  struct Shown {
+    LinkageState state;
+    Eigen::VectorXd increment;
+  };
+  void search(LinkageState& state, const IterateCallback& on_iterate);
+  bool chords(LinkageState& state, const IterateCallback& on_iterate);
+  void show_correction(const LinkageState& state, const Step& step,
+                       const IterateCallback& on_iterate);
+  [[nodiscard]] bool correct(Shown& trial);
+  void keep_unshifted_factor();
+  void interrupt(LinkageState& state);
+  void throw_if_interrupted() const;
+  void show(const LinkageState& state, const IterateCallback& on_iterate);
   void solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
 
   void limit(const LinkageState& state, double largest, Step& step) const;
@@ -135,6 +151,10 @@ class NewtonRun {
   Holding holding_;
   double shortest_;  // share of rest that a joint's edges keep
 
+  Cancellation cancellation_;
+  bool is_watched_ = false, has_shown_ = false;
+  /// The last correction that was shown, while the state is where the search began.
+  std::optional<Shown> shown_;
   std::vector<int> bounded_;  // lengths that rest on their bound
   Holding::Gap gap_;
   int hidden_load_checks_ = 0;  // how often what rounding is allowed might have hidden loads

@@ -267,6 +267,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     older = std::exchange(newest_, result);
     if (result->is_final) older_final = std::exchange(final_, result);
   }
+  /// The task's: the next iterate comes at once.
+  void publish_next_iterate() { published_at_ = {}; }
   /// The task's: iterates come at most once in kPublishInterval.
   [[nodiscard]] bool is_time_to_publish() {
     const auto now = Clock::now();

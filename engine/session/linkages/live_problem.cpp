@@ -215,6 +215,7 @@ void LiveLinkage::lead(const rods::Conditions& target, double step, const JobCon
 
 void LiveLinkage::restore() {
   iterate_ = nullptr;
+  ahead_.reset();
   turned_ = 0;
   state_ = good_;
   held_ = good_held_;
@@ -243,7 +244,34 @@ void LiveLinkage::go_again(const rods::Conditions& target, const JobContext& job
 }
 
 void LiveLinkage::stay_near() {
-  if (turned_ > kFarTurn) restore();
+  if (is_slow() && !ahead_) {
+    // The factor that is near the iterate goes with what is shown.
+    ahead_ = state_;
+    if (!ahead_steps_) ahead_steps_.emplace(mapped_.model);
+    std::swap(equilibrium_, *ahead_steps_);
+  }
+  if (turned_ <= kFarTurn) return;
+  std::optional<rods::LinkageState> ahead = std::move(ahead_);
+  restore();
+  ahead_ = std::move(ahead);
+}
+
+/// Shows a shape that knows of the conditions, as far as the factor at hand and one step lead it
+/// from what was shown last. @returns whether anything was shown
+bool LiveLinkage::show_ahead(const scene::LinkageConditions& conditions, const JobContext& job,
+                             const OnIterate& on_iterate) {
+  if (!ahead_ || !(sizes_of(conditions) == sizes_)) return false;
+  rods::EquilibriumOptions options;
+  options.max_iterations = 1;
+  bool is_shown = false;
+  (void)ahead_steps_->solve(*ahead_, map_conditions(conditions, mapped_, length_unit_), options,
+                            job, [&](int, const rods::LinkageState& state) {
+                              is_shown = true;
+                              iterate_ = &state;
+                              on_iterate();
+                              iterate_ = nullptr;
+                            });
+  return is_shown;
 }
 
 EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt) const {
@@ -342,7 +370,12 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
       break;
     }
   }
-  Outcome outcome = attempt_from_here(conditions, job, on_iterate);
+  // Behind what is shown already, iterates of the solve would be steps back.
+  const bool is_ahead = show_ahead(*conditions, job, on_iterate);
+  std::optional<rods::LinkageState> ahead = std::move(ahead_);
+  ahead_.reset();
+  Outcome outcome = attempt_from_here(conditions, job, is_ahead ? OnIterate([] {}) : on_iterate);
+  if (outcome.report.status == EquilibriumStatus::kCancelled) ahead_ = std::move(ahead);
   if (outcome.reached) {
     note_reached(conditions, outcome);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {

@@ -80,9 +80,12 @@ class LiveLinkage {
                  const rods::LinkageState& state);
   /// Back to the last equilibrium that was reached.
   void restore();
-  /// The same, where the shape is no equilibrium and far from that one: what continues from here
-  /// would not notice that it has left its branch.
+  /// A newer edit has interrupted the last solve. Where the shape is far from the last equilibrium
+  /// back to that one: what continues from here would not notice that it has left its branch. What
+  /// is shown meanwhile continues from the iterate all the same.
   void stay_near();
+  /// Edits take longer than a screen shows a picture.
+  [[nodiscard]] bool is_slow() const { return model().variables().size() >= kSlowUnknowns; }
   /// The report on that one where another was not reached: its energies and balance, with the
   /// status, the counts and the message of the attempt.
   [[nodiscard]] rods::EquilibriumReport report_of_shape(
@@ -91,6 +94,7 @@ class LiveLinkage {
  private:
   /// A shape that one solve has turned so far might have left its branch [rad].
   static constexpr double kFarTurn = 0.2;
+  static constexpr int kSlowUnknowns = 2000;
 
   using SharedConditions = std::shared_ptr<const scene::LinkageConditions>;
   using Answer = EquilibriumCache::Answer;
@@ -131,6 +135,8 @@ class LiveLinkage {
                            const rods::Conditions& target, const JobContext& job,
                            const OnIterate& on_iterate, Outcome& outcome, std::string& remark);
   void note_step(const rods::LinkageState& state, Outcome& outcome) const;
+  [[nodiscard]] bool show_ahead(const scene::LinkageConditions& conditions, const JobContext& job,
+                                const OnIterate& on_iterate);
   void lead(const rods::Conditions& target, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);
 
@@ -155,6 +161,10 @@ class LiveLinkage {
   rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
+  /// What is shown while edits come faster than equilibria: led after the edits by itself, with a
+  /// factor of its own, and no start of any solve. Empty: the shape is shown.
+  std::optional<rods::LinkageState> ahead_;
+  std::optional<rods::LinkageEquilibrium> ahead_steps_;  // made when it is needed first
   EquilibriumCache cache_;
   bool in_shape_ = false;  // that of the scene, which nothing has begun in yet
   double turned_ = 0;      // by the interrupted solves since state_ was an equilibrium [rad]

@@ -17,6 +17,7 @@ void LiveLinkage::come_back_to(const CachedEquilibrium& answer) {
   settled_ = answer.is_settled;
   set_sizes(answer.sizes);
   turned_ = 0;
+  ahead_.reset();
 }
 
 LiveLinkage::Answer LiveLinkage::good_answer() const {

@@ -28,6 +28,7 @@ scene::Linkage LinkageSession::linkage() const {
   linkage.shape_conditions.reset();
   return linkage;
 }
+bool LinkageSession::chose_edges() const { return impl_->opened().edges_per_segment == 0; }
 scene::Linkage LinkageSession::linkage_in_shape() const {
   scene::Linkage in_shape = linkage();
   const auto result = final_result();

@@ -89,6 +89,8 @@ class LinkageSession {
   [[nodiscard]] std::string state_message() const;
   [[nodiscard]] Revision revision() const;       // newest accepted
   [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision(), in no shape
+  /// Edges per segment are those that the tolerance took; else the scene's.
+  [[nodiscard]] bool chose_edges() const;
   /// The same, in the shape of the newest final result if there is one, with what that is in
   /// equilibrium under: an edit that is not solved yet, or failed, has other conditions.
   [[nodiscard]] scene::Linkage linkage_in_shape() const;

@@ -92,7 +92,10 @@ bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
   return true;
 }
 
+/// Of large linkages a first shape, corrected with a factor at hand, is shown as soon as it is
+/// there; small ones are in equilibrium before another would be shown.
 void LinkageSession::Impl::solve(const Round& round) {
+  if (live_->is_slow()) publish_next_iterate();
   for (const auto& known : round.order.designed)
     live_->add_guess(known.conditions, known.candidate->deployed);
   finish(round, live_->solve(

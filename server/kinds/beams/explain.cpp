@@ -19,14 +19,15 @@ proto::ExplainResponse explain_beams(const proto::SessionStatus& status,
 
   const std::uint32_t members = std::max(1U, status.beam_elements());
   const std::uint32_t elements = has_error && error.elements() > 0 ? error.elements() : members;
-  const bool by_tolerance = scene.has_tolerance();
+  // Beside elements_per_member a tolerance changes no elements.
+  const bool by_tolerance = scene.has_tolerance() && !scene.has_elements_per_member();
   explanation.choose(
       "elements", elements, by_tolerance ? ChosenBy::kLimber : ChosenBy::kScene,
       by_tolerance ? fmt::format("of {} members; the scene's tolerance is {:g} of its size",
                                  members, scene.tolerance())
-                   : fmt::format("of {} members, elements_per_member each; `tolerance` in its "
-                                 "place lets limber choose",
-                                 members),
+                   : fmt::format("of {} members, elements_per_member each; `tolerance` {} lets "
+                                 "limber choose",
+                                 members, scene.has_tolerance() ? "alone" : "in its place"),
       "unknowns, time and memory of a step grow in proportion");
   const bool relaxed = info.method() == proto::BEAM_METHOD_RELAXATION;
   explanation.choose(
@@ -47,7 +48,7 @@ proto::ExplainResponse explain_beams(const proto::SessionStatus& status,
                                            "again near by")
                                      : "no estimate: " + error.message();
   const auto tolerance =
-      by_tolerance ? std::optional<double>(scene.tolerance()) : std::optional<double>();
+      scene.has_tolerance() ? std::optional<double>(scene.tolerance()) : std::optional<double>();
   explanation.expect("positions",
                      is_known ? std::optional<double>(error.position_error()) : std::nullopt,
                      "of the structure's size", how, tolerance);

@@ -29,18 +29,27 @@ void add_path(const proto::ResultInfo& result, Explanation& explanation) {
 }  // namespace
 
 proto::ExplainResponse explain_linkage(const proto::SessionStatus& status,
-                                       const proto::RodLinkage& linkage) {
+                                       const proto::RodLinkage& linkage, ChosenBy edges_by) {
   const proto::ResultInfo& result = status.result();
   Explanation explanation(result.revision());
-  const bool by_tolerance = linkage.has_tolerance();
+  const bool has_tolerance = linkage.has_tolerance();
   const std::uint32_t edges = linkage.edges_per_segment();
-  explanation.choose(
-      "edges per segment", edges, by_tolerance ? ChosenBy::kLimber : ChosenBy::kScene,
-      by_tolerance
-          ? fmt::format("the scene's tolerance is {:g} of the linkage's size", linkage.tolerance())
-          : std::string("edges_per_segment of the scene or its default; "
-                        "`tolerance` in its place lets limber choose"),
-      "unknowns, time and memory of a step grow in proportion");
+  std::string reason;
+  if (edges_by == ChosenBy::kLimber) {
+    reason =
+        fmt::format("the scene's tolerance is {:g} of the linkage's size", linkage.tolerance());
+  } else if (has_tolerance) {
+    reason = fmt::format(
+        "edges_per_segment of the scene; results are held against its tolerance, {:g} of the "
+        "linkage's size, which would choose them alone",
+        linkage.tolerance());
+  } else {
+    reason =
+        "edges_per_segment of the scene or its default; `tolerance` in its place lets limber "
+        "choose";
+  }
+  explanation.choose("edges per segment", edges, edges_by, reason,
+                     "unknowns, time and memory of a step grow in proportion");
   const bool turning = linkage.bending() == proto::ROD_BENDING_TURNING_ANGLE;
   explanation.choose("bending", turning ? "turning angle" : "tangent of half the turning angle",
                      ChosenBy::kScene,
@@ -52,7 +61,7 @@ proto::ExplainResponse explain_linkage(const proto::SessionStatus& status,
       "every edge halved and the equilibrium solved again near by; of second order, so that the "
       "change is three quarters of the error";
   const auto tolerance =
-      by_tolerance ? std::optional<double>(linkage.tolerance()) : std::optional<double>();
+      has_tolerance ? std::optional<double>(linkage.tolerance()) : std::optional<double>();
   const proto::DiscretisationError& error = result.discretisation_error();
   const bool is_known = result.has_discretisation_error() && error.compared_elements() > 0;
   const std::string how = !result.has_discretisation_error()

@@ -95,7 +95,9 @@ bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
   if (request.has_explain()) {
     proto::GetSessionResponse response;
     add_scene({}, response);
-    *reply.mutable_explain() = explain_linkage(status(), response.scene().linkage());
+    *reply.mutable_explain() =
+        explain_linkage(status(), response.scene().linkage(),
+                        session()->chose_edges() ? ChosenBy::kLimber : ChosenBy::kScene);
     return true;
   }
   return answer_design_request(*this, request, reply);

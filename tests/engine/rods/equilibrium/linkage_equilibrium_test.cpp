@@ -190,6 +190,68 @@ std::vector<double> numbers_of(const LinkageModel& model, const LinkageState& st
   return numbers;
 }
 
+/// A curved linkage in equilibrium that a spring pulls at, and the spring elsewhere.
+struct PulledLinkage {
+  LinkageModel model = curved_model();
+  LinkageState state{model};
+  LinkageEquilibrium equilibrium{model};
+  Conditions conditions;
+
+  explicit PulledLinkage(const Eigen::Vector3d& pull) {
+    conditions.pins = {{0}};
+    conditions.springs = {{JointPoint{15}, state.joints()[15].position, 5}};
+    EXPECT_TRUE(equilibrium.solve(state, conditions).converged());
+    conditions.springs[0].position += pull;
+  }
+};
+
+TEST(LinkageEquilibrium, ShowsACorrectionWithTheLastFactorFirst) {
+  for (const double size : {0.5, 5.0, 30.0}) {
+    SCOPED_TRACE(size);
+    const Eigen::Vector3d pull = size * Eigen::Vector3d(1, -0.5, 1);
+    PulledLinkage watched(pull), plain(pull);
+    const double before = total_potential(watched.model, watched.state, watched.conditions);
+    double last = before;
+    int corrections = 0;
+    const EquilibriumReport report = watched.equilibrium.solve(
+        watched.state, watched.conditions, {}, {}, [&](int iteration, const LinkageState& shown) {
+          if (iteration > 0) return;
+          ++corrections;
+          const double now = total_potential(watched.model, shown, watched.conditions);
+          EXPECT_LT(now, last);
+          last = now;
+        });
+    ASSERT_TRUE(report.converged()) << report.message;
+    EXPECT_GT(corrections, 0);
+    // What it is worth: of what there is to gain.
+    const double end = total_potential(watched.model, watched.state, watched.conditions);
+    EXPECT_LT(last - end, 0.9 * (before - end));
+    // Who watches changes nothing.
+    ASSERT_TRUE(plain.equilibrium.solve(plain.state, plain.conditions).converged());
+    EXPECT_EQ(numbers_of(plain.model, plain.state), numbers_of(watched.model, watched.state));
+  }
+}
+
+TEST(LinkageEquilibrium, AnInterruptedSolveContinuesFromItsCorrection) {
+  PulledLinkage pulled(Eigen::Vector3d(6, -3, 6)), whole(Eigen::Vector3d(6, -3, 6));
+  const double before = total_potential(pulled.model, pulled.state, pulled.conditions);
+  Cancellation cancellation;
+  double shown = 0;
+  const EquilibriumReport report = pulled.equilibrium.solve(
+      pulled.state, pulled.conditions, {}, {cancellation, {}}, [&](int, const LinkageState& state) {
+        shown = total_potential(pulled.model, state, pulled.conditions);
+        cancellation.request();
+      });
+  EXPECT_EQ(report.status, EquilibriumStatus::kCancelled);
+  EXPECT_EQ(report.factorizations, 0);
+  const double now = total_potential(pulled.model, pulled.state, pulled.conditions);
+  EXPECT_LT(now, before);
+  EXPECT_EQ(now, shown);
+  ASSERT_TRUE(pulled.equilibrium.solve(pulled.state, pulled.conditions).converged());
+  ASSERT_TRUE(whole.equilibrium.solve(whole.state, whole.conditions).converged());
+  EXPECT_LT(joint_distance(pulled.state, whole.state), 1e-4);
+}
+
 TEST(LinkageEquilibrium, ReactionsTakeThePlaceOfWhatTheyAreOf) {
   const LinkageModel model = testing::curved_model();
   LinkageEquilibrium equilibrium(model);

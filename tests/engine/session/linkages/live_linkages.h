@@ -53,6 +53,13 @@ class LinkageRecorder : public LinkageListener {
       return result.revision >= revision && result.check == Check::kDone;
     });
   }
+  /// The first result of a revision; null where there is none.
+  std::shared_ptr<const LinkageResult> first_of(Revision revision) const {
+    const std::lock_guard lock(mutex_);
+    for (const auto& result : results_)
+      if (result->revision == revision) return result;
+    return nullptr;
+  }
   bool wait_state(State state) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::seconds(60),
