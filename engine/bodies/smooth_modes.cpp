@@ -26,6 +26,7 @@ using Eigen::Index;
 constexpr int kAffine = 12;         // fields: a translation along an axis times 1, x, y or z
 constexpr int kFunctionSteps = 4;   // of subspace iteration: the span is enough, not the functions
 constexpr int kExtraFunctions = 4;  // columns that the iteration takes along
+constexpr double kRounding = 1e-6;  // share of a field that is left beside rigid motions
 constexpr double kLeastShare = 1e-9;  // share of the largest eigenvalue of the columns' Gram matrix
 
 /// Eigenfunctions of the Laplacian over free nodes, n x k; of a free body beside the constant.
@@ -126,6 +127,7 @@ ModalBasis smooth_modes(const ElasticBody& body, const SmoothModesOptions& optio
   Eigen::MatrixXd fields = affine_products(
       body, smooth_functions(body, gradient, node_mass, options.function_count, job));
   job.throw_if_cancelled();
+  const Eigen::VectorXd whole = (mass.cwiseSqrt().asDiagonal() * fields).colwise().norm();
   if (rigid.cols() > 0) {
     // They are orthonormal under the consistent mass only.
     const Eigen::MatrixXd weighted = mass.asDiagonal() * rigid;
@@ -133,8 +135,12 @@ ModalBasis smooth_modes(const ElasticBody& body, const SmoothModesOptions& optio
     fields -= rigid * gram.solve(weighted.transpose() * fields);
   }
   Eigen::MatrixXd projected_mass = symmetric_product(fields, mass.asDiagonal() * fields);
-  const Eigen::VectorXd scale =
-      projected_mass.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  Eigen::VectorXd scale(fields.cols());
+  for (Index k = 0; k < fields.cols(); ++k) {
+    // What is left of a field that was a rigid motion is rounding.
+    const double left = std::sqrt(projected_mass(k, k));
+    scale[k] = left > kRounding * whole[k] ? 1 / left : 0;
+  }
   projected_mass = (scale.asDiagonal() * projected_mass * scale.asDiagonal()).eval();
   const SymmetricEigen range(projected_mass);
   const Eigen::VectorXd& sizes = range.eigenvalues();  // ascending
