@@ -63,8 +63,10 @@ std::optional<NamedBody> load_body(const std::string& name, const SuiteOptions& 
     return prepare(name, std::move(mesh), bodies::Material{},
                    testing::read_node_list(folder / name / "con_nodes.bou"));
   }
-  if (std::filesystem::exists(folder / (name + ".msh"))) {
-    bodies::TetMesh mesh = scene::read_mesh_file(folder / (name + ".msh")).mesh;
+  for (const char* ending : {".msh", ".abq"}) {
+    const std::filesystem::path path = folder / (name + ending);
+    if (!std::filesystem::exists(path)) continue;
+    bodies::TetMesh mesh = scene::read_mesh_file(path).mesh;
     const std::vector<int> fixed = lowest_nodes(mesh, 0.05);
     return prepare(name, std::move(mesh), bodies::Material{}, fixed);
   }

@@ -83,7 +83,8 @@ Setting make_setting(NamedBody named) {
   reduced::ModelReport report;
   reduced::BasisChoice choice = reduced::choose_basis(
       {body, modal, setting.modes, *setting.full, set, {}, options}, report, {});
-  setting.train = reduced::project_training(set, setting.modes, *setting.full, choice.basis, {});
+  setting.train =
+      reduced::project_training(set, setting.modes, *setting.full, choice.basis, 0.01, {});
   setting.test = set.test.project(choice.basis);
   setting.basis = std::move(choice.basis);
   setting.validation = std::move(choice.validation);

@@ -12,6 +12,7 @@
 #include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
+#include "engine/bodies/block_krylov.h"
 #include "engine/bodies/dof_map.h"
 #include "engine/bodies/gradient_operator.h"
 #include "engine/bodies/lanczos.h"
@@ -58,6 +59,13 @@ Eigen::MatrixXd dense_modes(const ShiftInvert& op, const Eigen::MatrixXd& rigid,
     throw Error(ErrorCode::kNumerical, "modes", "the dense eigenproblem could not be solved");
   }
   return solver.eigenvectors().leftCols(count);
+}
+
+Eigen::MatrixXd krylov_modes(const ShiftInvert& op, int count, int elastic_count,
+                             const ModalOptions& options, const JobContext& job) {
+  const double tolerance = options.tolerance / 10;
+  if (auto modes = block_krylov_modes(op, count, tolerance, job)) return std::move(*modes);
+  return lanczos_modes(op, count, elastic_count, tolerance, options.max_restarts, job);
 }
 
 Eigen::MatrixXd with_guards(const ShiftInvert& op, const Eigen::MatrixXd& modes, int guards) {
@@ -232,8 +240,7 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
       op.size() <= kDenseSize || (op.size() <= kLargestDenseSize && count > elastic_count / 4);
   const Eigen::MatrixXd start =
       dense ? dense_modes(op, rigid, count)
-            : lanczos_modes(op, count, elastic_count, options.tolerance / 10, options.max_restarts,
-                            job.part(kFactored, kIterated));
+            : krylov_modes(op, count, elastic_count, options, job.part(kFactored, kIterated));
   const int guards = std::min(kGuards, elastic_count - count);
   const auto [ritz, residual] = polish(op, with_guards(op, start, guards), count, options.tolerance,
                                        job.part(kIterated, 0.95));

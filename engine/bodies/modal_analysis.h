@@ -40,7 +40,8 @@ struct ModalBasis {
   double eigenvalue_error = 0;
 };
 
-/// Shift-invert Lanczos (Spectra) on a CHOLMOD factor. Signs are fixed (largest entry positive), so
+/// Shift-invert Lanczos by blocks, where that does not converge by vectors (Spectra), on a CHOLMOD
+/// factor. Signs are fixed (largest entry positive), so
 /// reruns are equal.
 /// @throws Error{kInvalidArgument} for more modes than degrees of freedom, Error{kNumerical} if
 /// Lanczos fails.

@@ -109,6 +109,16 @@ Eigen::MatrixXd ShiftInvert::solve(Eigen::MatrixXd b) const {
   return b;
 }
 
+Eigen::MatrixXd ShiftInvert::solve_in_pieces(Eigen::MatrixXd b) const {
+  constexpr std::int64_t kColumns = 8;
+  parallel_for(b.cols(), kColumns, [&](std::int64_t begin, std::int64_t end) {
+    SparseCholesky::Workspace workspace;
+    cholesky_.solve_in_place(b.middleCols(begin, end - begin), workspace);
+  });
+  project(b);
+  return b;
+}
+
 void ShiftInvert::solve_in_place(Eigen::Ref<Eigen::VectorXd> b,
                                  SparseCholesky::Workspace& workspace) const {
   cholesky_.solve_in_place(b, workspace);

@@ -43,6 +43,8 @@ class ShiftInvert {
   [[nodiscard]] Eigen::MatrixXd multiply_mass(const Eigen::MatrixXd& x) const;
   /// P (K + s M)^-1 b for a block b = M x.
   [[nodiscard]] Eigen::MatrixXd solve(Eigen::MatrixXd b) const;
+  /// The same by blocks of eight columns, each on a thread of its own: for blocks of few columns.
+  [[nodiscard]] Eigen::MatrixXd solve_in_pieces(Eigen::MatrixXd b) const;
   /// The same for one vector, in place, on the calling thread.
   void solve_in_place(Eigen::Ref<Eigen::VectorXd> b, SparseCholesky::Workspace& workspace) const;
   /// x <- P x.

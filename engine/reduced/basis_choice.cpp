@@ -20,7 +20,7 @@ constexpr Eigen::Index kMaxPairs =
     kLeadingModes * (kLeadingModes + 1) / 2;  // all pairs of the leading modes
 constexpr Eigen::Index kTurnedPairs = 135;    // room for the turned modes of a free body
 // Numbers in all derivatives of a mesh: bounds memory, and the time of their solves.
-constexpr Eigen::Index kMaxDerivativeValues = 30'000'000;
+constexpr Eigen::Index kMaxDerivativeValues = 12'000'000;
 // More columns than those of this share of the tolerance would hardly let the cubature be smaller.
 constexpr double kEnough = 0.4;
 // The modes themselves come first where the basis is at least this many times their number.

@@ -16,7 +16,7 @@ namespace limber::reduced {
 /// Fields that a basis is to span, 3n x k; the length of a column says how much it counts.
 /// Modes (lambda_1 / lambda_i) and modal derivatives (lambda_1^2 / (lambda_i lambda_j)) of the
 /// leading 30 elastic modes, of a free body also of its rotations with them. Fewer modes on meshes
-/// of more than 20,000 nodes: numbers in all derivatives together stay below 3e7.
+/// of more than 8,000 nodes: numbers in all derivatives together stay below 1.2e7.
 [[nodiscard]] Eigen::MatrixXd stvk_fields(const bodies::ElasticBody& body,
                                           const bodies::ModalBasis& basis, const JobContext& job);
 

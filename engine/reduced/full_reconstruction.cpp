@@ -18,7 +18,8 @@ namespace stdx = rotations::stdx;
 
 /// Poses that one pass over the tets takes along: two registers' worth.
 constexpr int kPack = static_cast<int>(Pack<double>::size());
-constexpr int kGroup = 2 * kPack;          // poses
+constexpr int kGroup = 2 * kPack;  // poses
+static_assert(kGroup % Pack<float>::size() == 0);
 constexpr int kSolveColumns = 3 * kGroup;  // right-hand sides of one solve: three axes of a group
 
 /// Pairs of modes that one pass over the tets takes along.
@@ -61,17 +62,17 @@ struct FullReconstruction::Impl {
 
   /// f += G^T V g(Q v) with v and f of `lanes` poses side by side: entry (3 node + axis) * lanes +
   /// pose.
-  template <class V>
-  void add_forces(const double* v, double* f, int lanes, int offset) const {
-    const auto load = [&](const double* from) {
-      if constexpr (std::is_same_v<V, double>) {
+  template <class V, class T>
+  void add_forces(const T* v, T* f, int lanes, int offset) const {
+    const auto load = [&](const T* from) {
+      if constexpr (std::is_same_v<V, T>) {
         return *from;
       } else {
         return V(from, stdx::element_aligned);
       }
     };
-    const auto store = [&](const V& value, double* to) {
-      if constexpr (std::is_same_v<V, double>) {
+    const auto store = [&](const V& value, T* to) {
+      if constexpr (std::is_same_v<V, T>) {
         *to = value;
       } else {
         value.copy_to(to, stdx::element_aligned);
@@ -79,9 +80,9 @@ struct FullReconstruction::Impl {
     };
     const auto& tets = gradient.tets();
     for (int e = 0; e < gradient.tet_count(); ++e) {
-      const auto shape = gradient.shape_gradients(e);
-      const double* from[4];
-      double* to[4];
+      const Eigen::Matrix<T, 3, 4> shape = gradient.shape_gradients(e).template cast<T>();
+      const T* from[4];
+      T* to[4];
       for (int a = 0; a < 4; ++a) {
         from[a] = v + std::ptrdiff_t{3} * tets(a, e) * lanes + offset;
         to[a] = f + std::ptrdiff_t{3} * tets(a, e) * lanes + offset;
@@ -97,18 +98,30 @@ struct FullReconstruction::Impl {
       }
       rs_of_gradient_entries(h, y);
       rs_gradient_entries(y, rotation, g);
-      const double volume = gradient.volumes()[e];
+      // Rounded once it is an area: volumes of small units are beyond single precision.
+      const Eigen::Matrix<T, 3, 4> area =
+          (gradient.volumes()[e] * gradient.shape_gradients(e)).template cast<T>();
       for (int i = 0; i < 3; ++i) {
-        V sum = V(0.0);
+        V sum = V(T(0));
         for (int a = 1; a < 4; ++a) {
-          const V force = g[i] * (volume * shape(0, a)) + g[3 + i] * (volume * shape(1, a)) +
-                          g[6 + i] * (volume * shape(2, a));
+          const V force = g[i] * area(0, a) + g[3 + i] * area(1, a) + g[6 + i] * area(2, a);
           sum += force;
           store(load(to[a] + i * lanes) + force, to[a] + i * lanes);
         }
         store(load(to[0] + i * lanes) - sum, to[0] + i * lanes);
       }
     }
+  }
+
+  /// f of kGroup poses side by side, from zero.
+  template <class T>
+  void add_group_forces(const std::vector<T>& v, std::vector<T>& f, const JobContext& job) const {
+    std::fill(f.begin(), f.end(), T(0));
+    for (int offset = 0; offset < kGroup; offset += static_cast<int>(Pack<T>::size())) {
+      job.throw_if_cancelled();
+      add_forces<Pack<T>>(v.data(), f.data(), kGroup, offset);
+    }
+    job.throw_if_cancelled();
   }
 
   /// f of g'' along each of `count` pairs, side by side as above with kPairs lanes: with
@@ -145,6 +158,13 @@ struct FullReconstruction::Impl {
       }
     }
   }
+
+  template <class T>
+  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
+  /// q += X^T f(v), forces in the precision of X.
+  template <class T>
+  void add_projections(const Matrix<T>& of_forces, const Eigen::Ref<const Eigen::MatrixXd>& v,
+                       Eigen::MatrixXd& q, const JobContext& job) const;
 
   /// Columns 3 pose + axis of the right-hand side over free nodes.
   void gather(const double* f, int lanes, Eigen::Ref<Eigen::MatrixXd> rhs) const {
@@ -234,6 +254,20 @@ Eigen::MatrixXd FullReconstruction::from_coordinates(
   return u;
 }
 
+namespace {
+
+/// Of poses first .. first + count - 1, side by side: entry row * kGroup + pose; others are zero.
+template <class T>
+void interleave(const Eigen::Ref<const Eigen::MatrixXd>& v, Eigen::Index first, Eigen::Index count,
+                std::vector<T>& lanes) {
+  for (Eigen::Index row = 0; row < v.rows(); ++row) {
+    for (Eigen::Index p = 0; p < kGroup; ++p)
+      lanes[row * kGroup + p] = p < count ? static_cast<T>(v(row, first + p)) : T(0);
+  }
+}
+
+}  // namespace
+
 Eigen::MatrixXd FullReconstruction::from_linear(const Eigen::Ref<const Eigen::MatrixXd>& v,
                                                 const JobContext& job) const {
   const Eigen::Index rows = 3 * Eigen::Index{impl_->gradient.node_count()};
@@ -245,19 +279,10 @@ Eigen::MatrixXd FullReconstruction::from_linear(const Eigen::Ref<const Eigen::Ma
     Eigen::MatrixXd rhs(impl_->dofs.free_count(), kSolveColumns);
     SparseCholesky::Workspace workspace;
     for (std::int64_t group = begin; group < end; ++group) {
-      job.throw_if_cancelled();
       const Eigen::Index first = group * kGroup;
       const Eigen::Index count = std::min<Eigen::Index>(kGroup, v.cols() - first);
-      for (Eigen::Index row = 0; row < rows; ++row) {
-        for (Eigen::Index p = 0; p < kGroup; ++p)
-          lanes_v[row * kGroup + p] = p < count ? v(row, first + p) : 0.0;
-      }
-      std::fill(lanes_f.begin(), lanes_f.end(), 0.0);
-      for (int offset = 0; offset < kGroup; offset += kPack) {
-        job.throw_if_cancelled();
-        impl_->add_forces<Pack<double>>(lanes_v.data(), lanes_f.data(), kGroup, offset);
-      }
-      job.throw_if_cancelled();
+      interleave(v, first, count, lanes_v);
+      impl_->add_group_forces(lanes_v, lanes_f, job);
       impl_->gather(lanes_f.data(), kGroup, rhs);
       impl_->laplacian.solve_in_place(rhs, workspace);
       for (Eigen::Index p = 0; p < count; ++p) {
@@ -266,6 +291,75 @@ Eigen::MatrixXd FullReconstruction::from_linear(const Eigen::Ref<const Eigen::Ma
     }
   });
   return u;
+}
+
+template <class T>
+void FullReconstruction::Impl::add_projections(const Matrix<T>& of_forces,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& v,
+                                               Eigen::MatrixXd& q, const JobContext& job) const {
+  constexpr Eigen::Index kPoses = 32;  // whose forces are there at once: one product
+  parallel_for((v.cols() + kPoses - 1) / kPoses, 1, [&](std::int64_t block, std::int64_t) {
+    const Eigen::Index start = block * kPoses, poses = std::min(kPoses, v.cols() - start);
+    std::vector<T> lanes_v(v.rows() * kGroup), lanes_f(v.rows() * kGroup);
+    Matrix<T> f(v.rows(), poses);
+    for (Eigen::Index first = 0; first < poses; first += kGroup) {
+      const Eigen::Index count = std::min<Eigen::Index>(kGroup, poses - first);
+      interleave(v, start + first, count, lanes_v);
+      add_group_forces(lanes_v, lanes_f, job);
+      for (Eigen::Index row = 0; row < v.rows(); ++row) {
+        for (Eigen::Index p = 0; p < count; ++p) f(row, first + p) = lanes_f[row * kGroup + p];
+      }
+    }
+    q.middleCols(start, poses) += (of_forces.transpose() * f).template cast<double>();
+  });
+}
+
+Eigen::MatrixXd FullReconstruction::project_linear(const Adjoint& adjoint,
+                                                   const Eigen::Ref<const Eigen::MatrixXd>& v,
+                                                   Precision precision,
+                                                   const JobContext& job) const {
+  LIMBER_DEMAND(v.rows() == adjoint.of_forces.rows());
+  Eigen::MatrixXd q = Eigen::MatrixXd::Zero(adjoint.of_forces.cols(), v.cols());
+  if (adjoint.of_displacements.size() > 0) q.noalias() = adjoint.of_displacements.transpose() * v;
+  if (precision == Precision::kSingle) {
+    impl_->add_projections<float>(adjoint.of_forces.cast<float>(), v, q, job);
+  } else {
+    impl_->add_projections<double>(adjoint.of_forces, v, q, job);
+  }
+  return q;
+}
+
+FullReconstruction::Adjoint FullReconstruction::adjoint(const Eigen::MatrixXd& basis) const {
+  const Eigen::Index rows = 3 * Eigen::Index{impl_->gradient.node_count()};
+  const Eigen::VectorXd& share = impl_->mass_share;
+  LIMBER_DEMAND(basis.rows() == rows);
+  Adjoint result;
+  Eigen::MatrixXd loads = basis;
+  if (share.size() > 0) {
+    // u = u_0 - mean(u_0) + mean(v), means weighted by mass.
+    result.of_displacements.resize(rows, basis.cols());
+    for (Eigen::Index k = 0; k < basis.cols(); ++k) {
+      const Eigen::Map<const Eigen::Matrix3Xd> nodes(basis.col(k).data(), 3, share.size());
+      const Eigen::Vector3d sum = nodes.rowwise().sum();
+      Eigen::Map<Eigen::Matrix3Xd>(result.of_displacements.col(k).data(), 3, share.size()) =
+          sum * share.transpose();
+    }
+    loads -= result.of_displacements;
+  }
+  Eigen::MatrixXd rhs(impl_->dofs.free_count(), 3 * basis.cols());
+  for (Eigen::Index k = 0; k < basis.cols(); ++k)
+    impl_->gather(loads.col(k).data(), 1, rhs.middleCols<3>(3 * k));
+  impl_->laplacian.solve_in_place(rhs);
+  result.of_forces.setZero(rows, basis.cols());
+  const std::vector<int>& nodes = impl_->dofs.full_of_free();
+  for (Eigen::Index k = 0; k < basis.cols(); ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < nodes.size(); ++i) {
+        result.of_forces(3 * nodes[i] + axis, k) = rhs(static_cast<Eigen::Index>(i), 3 * k + axis);
+      }
+    }
+  }
+  return result;
 }
 
 Eigen::MatrixXd FullReconstruction::second_derivatives(

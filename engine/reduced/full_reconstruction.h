@@ -37,6 +37,20 @@ class FullReconstruction {
   [[nodiscard]] Eigen::MatrixXd from_linear(const Eigen::Ref<const Eigen::MatrixXd>& v,
                                             const JobContext& job = {}) const;
 
+  /// B^T u of reconstructions u, without the solves for these: A is symmetric, so that it is
+  /// (A^-1 B)^T f with f = G^T V g(y), plus for a free body what its mean displacement adds.
+  struct Adjoint {
+    Eigen::MatrixXd of_forces;         // A^-1 B, 3n x h
+    Eigen::MatrixXd of_displacements;  // 3n x h, on v itself; empty for a held body
+  };
+  [[nodiscard]] Adjoint adjoint(const Eigen::MatrixXd& basis) const;
+  enum class Precision { kDouble, kSingle };  // kSingle: relative errors of about 1e-6
+  /// B^T from_linear(v), h x k.
+  [[nodiscard]] Eigen::MatrixXd project_linear(const Adjoint& adjoint,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& v,
+                                               Precision precision,
+                                               const JobContext& job = {}) const;
+
   /// Second derivatives at v = 0 of from_linear along pairs of columns of `modes` (3n x R):
   ///   A u_ij = G^T V d2g(0)[Q w_i, Q w_j],
   /// one column per pair, symmetric in i and j. The quadratic part of every reconstruction is a sum

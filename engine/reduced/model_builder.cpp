@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "engine/base/clauses.h"
 #include "engine/base/error.h"
 #include "engine/bodies/modal_analysis.h"
+#include "engine/bodies/smooth_modes.h"
 #include "engine/reduced/basis_choice.h"
 #include "engine/reduced/cubature.h"
 #include "engine/reduced/full_reconstruction.h"
@@ -16,6 +18,15 @@ namespace {
 
 // The validation poses are a sample: asked for a little more, so that the test poses agree.
 constexpr double kMargin = 0.9;
+// First models: how many modes and poses, to which error of shapes and of modes.
+constexpr int kFirstModes = 10;
+constexpr double kFirstTolerance = 0.05;
+constexpr int kFirstPoses = 100;
+constexpr int kFirstTestPoses = 10;
+constexpr double kFirstModesTolerance = 1e-2;
+// Of larger meshes the stiffness matrix is not factored for the first model: of 90,000 tets in a
+// block that takes more than a second.
+constexpr int kMaxFactoredTets = 60000;
 constexpr int kMaxAttempts = 3;  // cubatures that are tried at most
 
 class Stopwatch {
@@ -88,24 +99,12 @@ void check_basis_size(const bodies::ElasticBody& body, const ModelOptions& optio
                           options.basis_size));
 }
 
-}  // namespace
-
-ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
-                         const JobContext& job, const Eigen::MatrixXd& animation) {
-  options.validate();
-  check_basis_size(body, options);
-  if (animation.size() > 0 &&
-      (animation.rows() != 3 * body.mesh.node_count() || !animation.allFinite())) {
-    throw Error(ErrorCode::kInvalidArgument, "animation",
-                "animation must have three finite rows per node");
-  }
-  Stopwatch watch;
+/// What is the same of every build: from modes on.
+/// @param watch  since the build began
+ReducedModel build_from_modes(const bodies::ElasticBody& body, const bodies::ModalBasis& eigen,
+                              const ModelOptions& options, const JobContext& job,
+                              const Eigen::MatrixXd& animation, Stopwatch watch) {
   ReducedModel model;
-
-  job.report("modes", 0);
-  bodies::ModalOptions modal;
-  modal.mode_count = options.mode_count;
-  const bodies::ModalBasis eigen = bodies::modal_analysis(body, modal, job.part(0, 0.25));
   const ScaledModes modes = scale_modes(body, eigen);
   model.report.modes_s = watch.lap();
 
@@ -117,7 +116,8 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   const auto [basis, validation] = choose_basis({body, eigen, modes, full, set, animation, options},
                                                 model.report, job.part(0.55, 0.6));
   model.report.basis_s = watch.lap();
-  const PoseData train = project_training(set, modes, full, basis, job.part(0.6, 0.7));
+  const PoseData train =
+      project_training(set, modes, full, basis, options.tolerance, job.part(0.6, 0.7));
   model.report.poses_s += watch.lap();
 
   CubatureInput input{body,  full.gradient(), modes,   basis,
@@ -154,7 +154,56 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   report_mechanisms(model);
   report_uncertainty(eigen, model);
   model.report.cubature_s = watch.lap();
+  return model;
+}
+
+}  // namespace
+
+ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
+                         const JobContext& job, const Eigen::MatrixXd& animation) {
+  options.validate();
+  check_basis_size(body, options);
+  if (animation.size() > 0 &&
+      (animation.rows() != 3 * body.mesh.node_count() || !animation.allFinite())) {
+    throw Error(ErrorCode::kInvalidArgument, "animation",
+                "animation must have three finite rows per node");
+  }
+  const Stopwatch watch;
+  job.report("modes", 0);
+  bodies::ModalOptions modal;
+  modal.mode_count = options.mode_count;
+  const bodies::ModalBasis eigen = bodies::modal_analysis(body, modal, job.part(0, 0.25));
+  ReducedModel model = build_from_modes(body, eigen, options, job, animation, watch);
   job.report("done", 1);
+  return model;
+}
+
+ReducedModel build_first_model(const bodies::ElasticBody& body, const ModelOptions& options,
+                               const JobContext& job) {
+  options.validate();
+  const Stopwatch watch;
+  ModelOptions first;
+  first.mode_count = std::min(options.mode_count, kFirstModes);
+  first.tolerance = std::max(options.tolerance, kFirstTolerance);
+  first.basis = BasisKind::kSnapshots;
+  first.training_poses = kFirstPoses;
+  first.test_poses = kFirstTestPoses;
+  first.amplitude = options.amplitude;
+  first.seed = options.seed;
+  const JobContext quiet{job.cancellation, {}};
+  bodies::ModalBasis eigen;
+  if (body.mesh.tet_count() <= kMaxFactoredTets) {
+    bodies::ModalOptions modal;
+    modal.mode_count = first.mode_count;
+    modal.tolerance = kFirstModesTolerance;
+    eigen = bodies::modal_analysis(body, modal, quiet);
+  } else {
+    bodies::SmoothModesOptions smooth;
+    smooth.mode_count = first.mode_count;
+    eigen = bodies::smooth_modes(body, smooth, quiet);
+  }
+  ReducedModel model = build_from_modes(body, eigen, first, quiet, {}, watch);
+  model.report.met_tolerance = model.report.met_tolerance && options.tolerance >= first.tolerance;
   return model;
 }
 

@@ -10,7 +10,7 @@ namespace limber::reduced {
 
 /// Raised whenever build_model would give another model for the same inputs, or the bytes change
 /// meaning. Part of the key of any cache.
-inline constexpr std::uint32_t kModelFormatVersion = 7;
+inline constexpr std::uint32_t kModelFormatVersion = 8;
 
 /// A model as bytes: magic, version, length, fields (little-endian, doubles by their bits), and a
 /// 128-bit hash of all that precedes.

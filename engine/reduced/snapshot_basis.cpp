@@ -1,5 +1,6 @@
 #include "engine/reduced/snapshot_basis.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "engine/base/error.h"
@@ -28,7 +29,29 @@ Eigen::MatrixXd gram_matrix(const Eigen::Ref<const Eigen::MatrixXd>& x) {
   return parts[0].selfadjointView<Eigen::Lower>();
 }
 
+/// Q of a QR decomposition with positive diagonal of R, by Cholesky of the Gram matrix, twice, in
+/// parallel. @returns false, and the columns remain, where they depend on each other too much
+bool orthonormalise_by_cholesky(Eigen::MatrixXd& b) {
+  constexpr double kLeastPivot = 1e-5;  // of unit columns: once more leaves rounding alone
+  constexpr Eigen::Index kRows = 2048;  // of one block
+  for (int pass = 0; pass < 2; ++pass) {
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(gram_matrix(b));
+    if (cholesky.info() != Eigen::Success) return false;
+    const Eigen::MatrixXd lower = cholesky.matrixL();
+    if (pass == 0 && !(lower.diagonal().minCoeff() > kLeastPivot)) return false;
+    const Eigen::MatrixXd inverse = lower.transpose().triangularView<Eigen::Upper>().solve(
+        Eigen::MatrixXd::Identity(b.cols(), b.cols()));
+    parallel_for((b.rows() + kRows - 1) / kRows, 1, [&](std::int64_t block, std::int64_t) {
+      const Eigen::Index first = block * kRows, n = std::min(kRows, b.rows() - first);
+      b.middleRows(first, n) = (b.middleRows(first, n) * inverse).eval();
+    });
+  }
+  return true;
+}
+
+/// Of unit columns.
 void orthonormalise(Eigen::MatrixXd& b) {
+  if (orthonormalise_by_cholesky(b)) return;
   // Signs of R made positive: columns keep the direction of what they came from.
   const Eigen::VectorXd diagonal = orthonormalise_columns(b);
   for (Eigen::Index k = 0; k < b.cols(); ++k) {
@@ -52,6 +75,7 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
     root.segment<3>(3 * i).setConstant(std::sqrt(node_mass[i]));
 
   Eigen::MatrixXd fixed = root.asDiagonal() * exact;
+  for (Eigen::Index k = 0; k < fixed.cols(); ++k) fixed.col(k).normalize();
   if (fixed.cols() > 0) orthonormalise(fixed);
   Eigen::MatrixXd x(rows, u.cols());
   parallel_for(u.cols(), 16, [&](std::int64_t begin, std::int64_t end) {

@@ -23,8 +23,19 @@ namespace {
 
 // Poses that are reconstructed at once: bounds memory, and how long a cancellation is not heard.
 constexpr int kBlock = 128;
-// More poses than this hardly improve a basis, but cost its eigenproblem the third power.
-constexpr int kBasisPoses = 800;
+// Poses that a basis is made of. More hardly improve it, but cost its eigenproblem the third power;
+// half as many cost a frame of the model 1 to 5 % (measured on seven bodies), and every one of a
+// large mesh is a solve.
+constexpr double kMaxBasisPoses = 800, kMinBasisPoses = 400;
+constexpr double kTetsAtMaxBasisPoses = 8000;  // larger meshes get fewer
+
+int basis_poses(int tet_count) {
+  return static_cast<int>(std::clamp(kMaxBasisPoses * kTetsAtMaxBasisPoses / tet_count,
+                                     kMinBasisPoses, kMaxBasisPoses));
+}
+
+// Models to smaller tolerances are fitted to poses in double precision.
+constexpr double kDoubleBelow = 1e-4;
 
 // Independent sequences of random numbers that one training set takes.
 constexpr std::uint64_t kStreams = 4;
@@ -53,7 +64,7 @@ Snapshots reconstruct(const ScaledModes& modes, const FullReconstruction& full, 
 
 int automatic_training_poses(int tet_count) {
   constexpr double kMaxPoses = 2400, kMinPoses = 600;
-  constexpr double kTetsAtMaxPoses = 60000;  // larger meshes get fewer poses
+  constexpr double kTetsAtMaxPoses = 40000;  // larger meshes get fewer poses
   return static_cast<int>(
       std::clamp(kMaxPoses * kTetsAtMaxPoses / tet_count, kMinPoses, kMaxPoses));
 }
@@ -67,7 +78,7 @@ TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes
   const int training = options.training_poses > 0 ? options.training_poses
                                                   : automatic_training_poses(body.mesh.tet_count());
   const Eigen::MatrixXd all = sample(PoseLevels::kTraining, training, 1);
-  const Eigen::Index held = std::min<Eigen::Index>(all.cols(), kBasisPoses);
+  const Eigen::Index held = std::min<Eigen::Index>(all.cols(), basis_poses(body.mesh.tet_count()));
   const int small = std::clamp(options.test_poses / 4, 10, 50);
 
   TrainingSet result;
@@ -95,7 +106,7 @@ Snapshots further_test_poses(const bodies::ElasticBody& body, const ScaledModes&
 
 PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
                           const FullReconstruction& full, const Eigen::MatrixXd& basis,
-                          const JobContext& job) {
+                          double tolerance, const JobContext& job) {
   const PoseData held = set.train.project(basis);
   const Eigen::Index first_count = held.z.cols(), count = first_count + set.more.cols();
   PoseData all{Eigen::MatrixXd(held.z.rows(), count), Eigen::MatrixXd(basis.cols(), count),
@@ -103,14 +114,19 @@ PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
   all.z << held.z, set.more;
   all.q.leftCols(first_count) = held.q;
   all.norm.head(first_count) = held.norm;
+  if (set.more.cols() == 0) return all;
+  using Precision = FullReconstruction::Precision;
+  const Precision precision = tolerance < kDoubleBelow ? Precision::kDouble : Precision::kSingle;
+  const FullReconstruction::Adjoint adjoint = full.adjoint(basis);
   for (Eigen::Index first = 0; first < set.more.cols(); first += kBlock) {
     const Eigen::Index n = std::min<Eigen::Index>(kBlock, set.more.cols() - first);
     job.report("poses", static_cast<double>(first) / static_cast<double>(set.more.cols()));
-    const PoseData block =
-        reconstruct(modes, full, set.more.middleCols(first, n), {job.cancellation, {}})
-            .project(basis);
-    all.q.middleCols(first_count + first, n) = block.q;
-    all.norm.segment(first_count + first, n) = block.norm;
+    const Eigen::MatrixXd linear = modes.modes * set.more.middleCols(first, n);
+    const Eigen::MatrixXd q =
+        full.project_linear(adjoint, linear, precision, {job.cancellation, {}});
+    all.q.middleCols(first_count + first, n) = q;
+    // The norm is a weight of the fit: what the basis leaves of it does not matter.
+    all.norm.segment(first_count + first, n) = q.colwise().norm();
   }
   return all;
 }

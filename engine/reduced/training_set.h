@@ -20,7 +20,7 @@ struct Snapshots {
 };
 
 /// Training poses where the options leave them open. The more poses, the fewer tets and columns
-/// meet a tolerance, down to 2400; beyond 60,000 tets their reconstruction would be most of the
+/// meet a tolerance, down to 2400; beyond 40,000 tets their reconstruction would be most of the
 /// build.
 [[nodiscard]] int automatic_training_poses(int tet_count);
 
@@ -45,10 +45,12 @@ struct TrainingSet {
                                            const ModelOptions& options, int attempt,
                                            const JobContext& job);
 
-/// The training poses of `set` through `basis`: those it was made of, then those it was not. The
-/// latter are reconstructed here, block by block.
+/// The training poses of `set` through `basis`: those it was made of, then those it was not. Of the
+/// latter only what the basis sees is found, block by block (FullReconstruction::Adjoint), as
+/// exactly as models to `tolerance` need.
 [[nodiscard]] PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
                                         const FullReconstruction& full,
-                                        const Eigen::MatrixXd& basis, const JobContext& job);
+                                        const Eigen::MatrixXd& basis, double tolerance,
+                                        const JobContext& job);
 
 }  // namespace limber::reduced

@@ -76,9 +76,11 @@ std::string BodyKind::describe(const v1::ResultInfo& result) const {
       "since the edit    {:.2f} ms\n",
       result.revision(), status_words(result), result.converged() ? ", final" : "",
       result.iterations(), result.total_energy(), result.force_energy(), result.constraint_energy(),
-      result.exact() ? "exact" : "of the reduced model", result.gradient(),
-      result.max_constraint_error(), result.rms_constraint_error(), result.max_exact_error(),
-      result.since_edit_ms());
+      result.exact()           ? "exact"
+      : result.first_picture() ? "of the first picture's coarse model"
+                               : "of the reduced model",
+      result.gradient(), result.max_constraint_error(), result.rms_constraint_error(),
+      result.max_exact_error(), result.since_edit_ms());
   if (result.max_velocity_error() > 0)
     text += fmt::format("velocity error    {:.3g} a second at most; of exact ones {:.3g} at most\n",
                         result.max_velocity_error(), result.max_exact_velocity_error());

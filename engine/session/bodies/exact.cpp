@@ -150,7 +150,7 @@ std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
     next->basis = shown.basis;
     Geometry geometry =
         with_basis(*before->geometry, *document_.unedited(),
-                   read([this] { return built_; })->compact_of_source, *shown.basis);
+                   *read([this] { return built_; })->compact_of_source, *shown.basis);
     const Eigen::Index columns = before->basis->cols();
     geometry.extended_hash.clear();
     if (geometry.basis.cols() > columns &&

@@ -123,8 +123,9 @@ scene::Scene BodySession::Impl::scene() const {
 
 Eigen::MatrixXd BodySession::Impl::positions(const BodyResult& result, int first_frame,
                                              int frame_count) const {
-  const auto built = read([this] { return built_; });
-  if (!built) throw Error(ErrorCode::kFailedPrecondition, "", "the model is not built yet");
+  const auto compact_of_source = read([this] { return compact_of_source_; });
+  if (!compact_of_source)
+    throw Error(ErrorCode::kFailedPrecondition, "", "the model is not built yet");
   const Eigen::MatrixXf& q = result.coordinates;
   if (!result.shown || q.rows() != result.shown->basis->cols()) {
     throw Error(ErrorCode::kInvalidArgument, "result", "the result has no basis of its size");
@@ -139,7 +140,7 @@ Eigen::MatrixXd BodySession::Impl::positions(const BodyResult& result, int first
                             q.cols() - first_frame));
   }
   const LengthUnit unit(document_.unedited()->length_unit_in_metres);
-  return positions_of(*result.shown->geometry, unit, built->compact_of_source, *result.shown->basis,
+  return positions_of(*result.shown->geometry, unit, *compact_of_source, *result.shown->basis,
                       q.middleCols(first_frame, frame_count));
 }
 

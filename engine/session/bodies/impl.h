@@ -12,6 +12,7 @@
 #include "engine/base/job.h"
 #include "engine/session/bodies/answer_cache.h"
 #include "engine/session/bodies/document.h"
+#include "engine/session/bodies/first_picture.h"
 #include "engine/session/bodies/frame_steps.h"
 #include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/live_problem.h"
@@ -48,7 +49,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// What the build leaves behind for readers.
   struct Built {
     std::shared_ptr<const reduced::ReducedModel> model;
-    std::vector<int> compact_of_source;
+    std::shared_ptr<const std::vector<int>> compact_of_source;
     std::string message;   // of the model's report, and what it has otherwise than asked for
     std::string accuracy;  // of results, where the model misses its tolerance
     double seconds = 0;
@@ -79,6 +80,13 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   // task.cpp: the task.
   std::string build(const JobContext& job) override;
   Built build_model(const JobContext& job);
+  // first_picture_task.cpp: what is shown meanwhile.
+  /// Where the body is large: makes the picture and publishes it. Failures leave none.
+  void begin_picture(const MappedBody& mapped, const reduced::ModelOptions& options,
+                     const JobContext& job);
+  /// `job`, whose reports also show the edits that have come.
+  [[nodiscard]] JobContext with_picture(const JobContext& job);
+  void show_edits(const JobContext& job);
   void solve(const Round& round) override;
   void solve_failed(const Round& round, const std::string& reason) override;
   std::shared_ptr<const BodyResult> bring_up_to_date(const Round& round);
@@ -180,12 +188,15 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool cold_ = false;  // solve_cold() was called
   std::uint64_t cold_requested_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
   std::shared_ptr<const Built> built_;
+  std::shared_ptr<const std::vector<int>> compact_of_source_;  // with the first basis that is shown
   static constexpr std::size_t kShownKept = 4;  // bases that clients may still ask for
   std::deque<std::shared_ptr<const ShownBasis>> shown_;
   std::deque<spacetime::FrameSpan> views_;  // newest first
   std::atomic<bool> interrupt_{false};      // the running solve is out of date
 
   std::unique_ptr<LiveProblem> problem_;             // the task's
+  std::unique_ptr<FirstPicture> picture_;            // the task's, while it builds
+  std::uint64_t pictured_ = 0;                       // the task's: Document::content() in it
   std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
   std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
   bool from_rest_ = false;        // the task's: the solver began there, and no edit has come since

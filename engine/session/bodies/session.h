@@ -64,6 +64,8 @@ struct BodyResult : ResultHeader {
   /// Energies, errors and frames are those of the full rotation-strain map; else of the reduced
   /// model.
   bool is_exact = false;
+  /// Of a coarse model that is shown until the session's own is built (FirstPicture): never final.
+  bool is_first_picture = false;
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
   /// A final result is published again with its check, as an amendment: the same but for sequence,
@@ -103,6 +105,9 @@ struct SessionOptions {
   int max_constraints = 4096;                       // >= 0
   std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
   std::size_t max_constraint_nodes = 4'000'000;     // named by all constraints together
+  /// Bodies of at least so many tets show a first picture while their model is built, >= 0: it
+  /// takes a tenth of smaller ones' builds, and these are done in a second anyway.
+  int first_picture_tets = 4000;
 };
 
 /// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit
@@ -165,7 +170,7 @@ class BodySession {
 
   [[nodiscard]] std::shared_ptr<const BodyResult> newest_result() const;  // null before the first
   [[nodiscard]] std::shared_ptr<const BodyResult> final_result() const;   // newest converged one
-  /// Of the newest result; null while building.
+  /// Of the newest result; null while building, until there is a first picture.
   [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;
   /// The one whose basis has this hash, if it is among the last few; else null.
   [[nodiscard]] std::shared_ptr<const Geometry> geometry(const std::string& basis_hash) const;

@@ -31,12 +31,20 @@ std::string BodySession::Impl::build(const JobContext& job) {
     std::string message = built->message;
     job.report("ready", 1);
     const std::lock_guard lock(mutex_);
-    if (problem_shown_) shown_ = {problem_shown_};
+    // Clients may have frames of the first picture, and still ask for its basis.
+    if (picture_) {
+      shown_.push_back(problem_shown_);
+    } else {
+      shown_ = {problem_shown_};
+    }
+    picture_.reset();
+    compact_of_source_ = built->compact_of_source;
     built_ = std::move(built);
     whole_ = true;
     return message;
   } catch (...) {
     problem_.reset();
+    picture_.reset();
     throw;
   }
 }
@@ -55,8 +63,9 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
   if (built.model && built.model->node_count != mapped.body.mesh.node_count()) built.model.reset();
   built.from_cache = built.model != nullptr;
   if (!built.model) {
+    begin_picture(mapped, options, job);
     built.model = std::make_shared<const reduced::ReducedModel>(
-        reduced::build_model(mapped.body, options, job.part(0.02, 0.95), animation));
+        reduced::build_model(mapped.body, options, with_picture(job).part(0.02, 0.95), animation));
     if (cache_) cache_->store(key, *built.model);
   }
   std::shared_ptr<const reduced::BaseMotion> base;
@@ -70,7 +79,7 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
   shown->geometry = std::make_shared<const Geometry>(make_geometry(scene, mapped, *built.model));
   problem_shown_ = std::move(shown);
   full_body_.reset();
-  built.compact_of_source = mapped.compact_of_source;
+  built.compact_of_source = std::make_shared<const std::vector<int>>(mapped.compact_of_source);
   built.message = built.model->report.message;
   append_clause(built.message, model_notes(scene.model, *built.model));
   built.accuracy = describe_accuracy(built.model->report, scene.model.tolerance);
@@ -98,7 +107,9 @@ void BodySession::Impl::solve(const Round& round) {
 void BodySession::Impl::solve_failed(const Round& round, const std::string& reason) {
   const auto [newest, model] = read([this] {
     whole_ = true;
-    return std::pair{newest_, built_->model};
+    // A first picture's motion is in other modes.
+    const bool is_of_model = newest_ && !newest_->is_first_picture;
+    return std::pair{is_of_model ? newest_ : nullptr, built_->model};
   });
   auto result = std::make_shared<BodyResult>(failed_result(
       newest.get(), *model, problem_shown_, document_.unedited()->frame_count, reason));

@@ -138,6 +138,8 @@ bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
 proto::GetMaterialResponse BodyRecord::material() const {
   const auto session = this->session();
   const auto result = demand_result(false);
+  if (result->is_first_picture)
+    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
   proto::GetMaterialResponse response =
       encode_fitted_material(*result, session->dynamics().frames_per_second);
   response.set_variables(encode_variables(session->material_variables()));
@@ -147,6 +149,8 @@ proto::GetMaterialResponse BodyRecord::material() const {
 
 proto::ExplainResponse BodyRecord::explanation() const {
   const auto session = this->session();
+  if (!session->model())
+    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
   const auto columns = demand_result(false)->coordinates.rows();
   return explain_body(status(), session->scene(), static_cast<int>(columns));
 }
@@ -245,7 +249,7 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
       std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {
         newest_ = result;
-        if (!geometry_) return nullptr;
+        if (!geometry_ && !result->is_first_picture) return nullptr;
         return std::make_shared<BodyFrames>(result, result->shown->geometry, opened_.length_unit);
       },
       result->check == session::Check::kPending ? ResultWaiters::Check::kPending

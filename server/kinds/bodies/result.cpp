@@ -64,6 +64,7 @@ proto::ResultInfo encode_result(const session::BodyResult& result, double length
   info.set_max_velocity_error(
       encode_velocity(report.max_velocity_error, result.frames_per_second, length_unit));
   info.set_exact(result.is_exact);
+  info.set_first_picture(result.is_first_picture);
   info.set_max_exact_velocity_error(
       encode_velocity(report.max_exact_velocity_error, result.frames_per_second, length_unit));
   info.set_material_iterations(static_cast<std::uint32_t>(result.material_iterations));

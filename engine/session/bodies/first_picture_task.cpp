@@ -1,0 +1,73 @@
+#include <utility>
+
+#include "engine/session/bodies/impl.h"
+
+// The session's first picture: shown by the task that builds the model, in between. Edits are in it
+// as soon as the build reports, at most a second or two later (a factor cannot be interrupted), and
+// the document keeps them for the model.
+
+namespace limber::session {
+
+void BodySession::Impl::begin_picture(const MappedBody& mapped,
+                                      const reduced::ModelOptions& options, const JobContext& job) {
+  const scene::Scene& scene = *document_.unedited();
+  picture_.reset();
+  if (mapped.body.mesh.tet_count() < options_.first_picture_tets || scene.base_motion.size() > 0)
+    return;
+  try {
+    auto picture = std::make_unique<FirstPicture>(scene, mapped, options, options_.solver, job);
+    auto compact = std::make_shared<const std::vector<int>>(mapped.compact_of_source);
+    {
+      const std::lock_guard lock(mutex_);
+      shown_ = {picture->shown()};
+      compact_of_source_ = std::move(compact);
+      pictured_ = document_.content() - 1;
+    }
+    picture_ = std::move(picture);
+    show_edits(job);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled) throw;
+    picture_.reset();  // a convenience: the build says itself what is wrong with the body
+  }
+}
+
+JobContext BodySession::Impl::with_picture(const JobContext& job) {
+  if (!picture_) return job;
+  return {job.cancellation, [this, job](const std::string& stage, double fraction) {
+            if (job.progress) job.progress(stage, fraction);
+            try {
+              show_edits(job);
+            } catch (const Error& error) {
+              if (error.code() == ErrorCode::kCancelled) throw;
+              picture_.reset();
+            }
+          }};
+}
+
+void BodySession::Impl::show_edits(const JobContext& job) {
+  if (!picture_) return;
+  EditBatch whole;
+  Revision revision = 0;
+  Clock::time_point edited_at;
+  {
+    const std::lock_guard lock(mutex_);
+    if (pictured_ == document_.content()) return;
+    pictured_ = document_.content();
+    whole = whole_batch(document_);
+    revision = document_.revision();
+    edited_at = edited_at_;
+  }
+  const auto show = [&](std::shared_ptr<BodyResult> result) {
+    result->revision = revision;
+    result->since_edit_ms =
+        std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
+    publish(std::move(result));
+  };
+  picture_->take(whole);
+  show(picture_->correct());
+  job.throw_if_cancelled();
+  const bool is_out_of_date = read([&] { return pictured_ != document_.content(); });
+  if (!is_out_of_date) show(picture_->improve(job));
+}
+
+}  // namespace limber::session
