@@ -209,13 +209,14 @@ Case summary_of(const std::string& structure, const EditKind& kind,
 void run_kind(const std::string& structure, const beams::BeamModel& model, const LiveBeams& opened,
               const EditKind& kind, int count, Recorder& recorder) {
   Random random(2026);
-  const Drawing drawing(model, opened.state());
+  const beams::BeamState shown = opened.state();
+  const Drawing drawing(model, shown);
   std::vector<SolvedEdit> all;
   for (int i = 0; i < count; ++i) {
     session::BeamDocument document(model);
     const double share = random.uniform(kind.least, kind.most);
     try {
-      document.apply({kind.draw(drawing, share, random)}, {}, ShownPlaces(model, opened.state()));
+      document.apply({kind.draw(drawing, share, random)}, {}, ShownPlaces(model, shown));
     } catch (const Error& error) {
       recorder.note(structure + ", " + kind.name + ": refused: " + error.what());
       continue;

@@ -1,7 +1,8 @@
 // How long an edit of a session takes as its frames become more: over real sockets, by one client
-// that has all frames streamed as coordinates. The flower with its own constraints, spread over so
-// many frames; each edit moves a target. `ms`: medians until the first changed frames and until the
-// final ones are at the client. Rows as those of growth_bodies, which measures the solver alone.
+// that follows what changes, in coordinates. The flower with its own constraints, spread over so
+// many frames; each edit moves a target. `ms`: medians until the first changed frames, until all of
+// them (by the reduced model) and until those of the final result are at the client. Rows as those
+// of growth_bodies, which measures the solver alone.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -32,9 +33,9 @@ void grow_session(LiveClient& client, const pb::Scene& flower, int frames, int e
   recorder.note(fmt::format("growth_sessions: {} frames", frames));
   const std::string session = fmt::format("frames-{}", frames);
   const pb::Scene scene = open_scene(client, stretched(flower, frames), session).scene();
-  client.subscribe("session/" + session + "/body/0/coordinates");
+  client.subscribe("session/" + session + "/body/0/changes");
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  std::vector<double> first, final;
+  std::vector<double> first, all, final;
   for (int i = 0; i < 1 + edits; ++i) {
     const pb::Request request = circling_edit(session, scene, i);
     const auto start = Clock::now();
@@ -42,19 +43,23 @@ void grow_session(LiveClient& client, const pb::Scene& flower, int frames, int e
       return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     };
     const std::uint64_t revision = client.call(request).edit().revision();
-    double first_ms = 0;
+    double first_ms = 0, all_ms = 0;
     while (true) {
       const pb::Frames message = client.next_frames();
       if (message.result().revision() < revision) continue;
       if (first_ms == 0) first_ms = since_ms();
+      if (message.changes().early() || message.changes().more()) continue;
+      if (all_ms == 0) all_ms = since_ms();
       if (message.result().converged()) break;
     }
     if (i == 0) continue;  // the first shows what is warm from then on
     first.push_back(first_ms);
+    all.push_back(all_ms);
     final.push_back(since_ms());
   }
-  for (const auto& [what, values] :
-       {std::pair{"first changed frames", &first}, {"final frames", &final}}) {
+  for (const auto& [what, values] : {std::pair{"first changed frames", &first},
+                                     {"all changed frames", &all},
+                                     {"final frames", &final}}) {
     Case row = growth_row("frames of a session", frames, what, median(*values));
     row["ms_most"] = quantile(*values, 1);
     recorder.add(row);

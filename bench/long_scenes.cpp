@@ -36,8 +36,10 @@ class ResultTimes final : public session::BodyListener {
     if (first_ms_ < 0) first_ms_ = result->since_edit_ms;
     if (!result->is_final || !result->is_exact) reduced_ms_ = result->since_edit_ms;
   }
-  void on_early_frames(const std::shared_ptr<const session::BodyResult>& part) override {
-    if (early_ms_ < 0) early_ms_ = part->since_edit_ms;
+  bool wants_early_frames() override { return true; }
+  void on_early_frames(
+      const std::vector<std::shared_ptr<const session::BodyResult>>& parts) override {
+    if (early_ms_ < 0) early_ms_ = parts.back()->since_edit_ms;
   }
   void reset() { early_ms_ = first_ms_ = -1; }
   /// Below 0: none came.

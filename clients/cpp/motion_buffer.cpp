@@ -24,12 +24,14 @@ MotionBuffer::Outcome MotionBuffer::put(const v1::Frames& frames) {
     return Outcome::kPart;
   }
   if (sequence <= sequence_) return Outcome::kIgnored;
-  if (sequence != begun_ && !is_next) {
-    if (changes.base_sequence() != 0 || frames.first_frame() != 0) return Outcome::kLost;
+  if (changes.part() != (sequence == begun_ ? parts_ : 0)) return Outcome::kLost;
+  if (changes.part() == 0 && !is_next) {
+    if (changes.base_sequence() != 0) return Outcome::kLost;
     resize(frames, changes.motion_frames());
     sequence_ = 0;
   }
   write(frames);
+  parts_ = changes.part() + 1;
   if (changes.more()) {
     begun_ = sequence;
     return Outcome::kPart;
@@ -43,8 +45,8 @@ void MotionBuffer::resize(const v1::Frames& frames, std::size_t frame_count) {
   const auto& shape = frames.data().shape();
   std::size_t size = 1;
   for (int i = 1; i < shape.size(); ++i) size *= shape[i];
-  // A message holds its own frames only, and a motion is not much longer than what is sent of it.
-  constexpr std::size_t kMostNumbers = std::size_t{1} << 34;
+  // More than a server would hold: the message lies.
+  constexpr std::size_t kMostNumbers = std::size_t{1} << 31;
   if (shape.empty() || size == 0 || frame_count > kMostNumbers / size)
     throw ClientError(v1::ERROR_CODE_MALFORMED, "", "frames without a shape that fits a motion");
   frame_count_ = frame_count;

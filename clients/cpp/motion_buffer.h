@@ -42,6 +42,7 @@ class MotionBuffer {
   std::string basis_hash_;
   std::uint64_t sequence_ = 0;
   std::uint64_t begun_ = 0;  // of a result that some frames are of already; 0: none
+  std::uint32_t parts_ = 0;  // of its messages that have come
 };
 
 }  // namespace limber::client

@@ -16,6 +16,8 @@ constexpr Eigen::Index kBlock = 16;   // columns of a step
 constexpr Eigen::Index kRows = 2048;  // of one parallel piece of a product
 // Columns of the space at most, for each vector that is wanted, and beside these.
 constexpr int kMaxColumnsPerVector = 8;
+// Ritz pairs are a dense eigenproblem: looked at each time the space has grown by so much.
+constexpr double kLookGrowth = 1.12;
 constexpr int kMoreColumns = 4 * static_cast<int>(kBlock);
 // A block whose columns depend on each other by more than this has nothing new to give.
 constexpr double kDependent = 1e-12;
@@ -108,7 +110,7 @@ std::optional<Eigen::MatrixXd> block_krylov_modes(const ShiftInvert& op, int cou
 
   Eigen::MatrixXd space(op.size(), most), mass_space(op.size(), most);  // V, M V
   Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(most, most);        // V^T M OP V
-  Eigen::Index size = 0;
+  Eigen::Index size = 0, next_look = count + kBlock;
   while (size + kBlock <= most) {
     job.report("modes", std::min(1.0, static_cast<double>(size) / (4.0 * count + kBlock)));
     space.middleCols(size, kBlock) = block.vectors;
@@ -128,7 +130,9 @@ std::optional<Eigen::MatrixXd> block_krylov_modes(const ShiftInvert& op, int cou
     const auto beyond = orthonormalise_twice(next);
     if (!beyond) return std::nullopt;
     block = std::move(next);
-    if (size < count + kBlock) continue;
+    if (size < next_look) continue;
+    next_look =
+        std::max(size + kBlock, static_cast<Eigen::Index>(kLookGrowth * static_cast<double>(size)));
     const SymmetricEigen ritz(projected.topLeftCorner(size, size));
     const Eigen::MatrixXd vectors = ritz.eigenvectors().rightCols(count).rowwise().reverse();
     const Eigen::VectorXd values = ritz.eigenvalues().tail(count).reverse();

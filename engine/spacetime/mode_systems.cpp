@@ -159,6 +159,15 @@ Eigen::MatrixXd ModeSystems::interpolate(const Lanes& kept, FrameSpan frames) co
   return z;
 }
 
+int ModeSystems::frames_to_fill(FrameSpan frames) const {
+  int count = 0;
+  for (const Run& run : runs_) {
+    if (run.first < frames.first + frames.count && run.last >= frames.first)
+      count += run.last - run.first + 1;
+  }
+  return count;
+}
+
 void ModeSystems::gather(const Eigen::MatrixXd& z, Lanes& kept) const {
   kept.setZero(lanes_, kept_count());
   for (int i = 0; i < kept_count(); ++i)

@@ -52,6 +52,8 @@ class ModeSystems {
   void interpolate(const Lanes& kept, Eigen::MatrixXd& z) const;
   /// Some of these columns, at the cost of the runs that they lie in.
   [[nodiscard]] Eigen::MatrixXd interpolate(const Lanes& kept, FrameSpan frames) const;
+  /// Of these runs.
+  [[nodiscard]] int frames_to_fill(FrameSpan frames) const;
   /// Every frame -> kept frames.
   void gather(const Eigen::MatrixXd& z, Lanes& kept) const;
 

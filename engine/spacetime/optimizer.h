@@ -40,6 +40,9 @@ class Optimizer {
 
   [[nodiscard]] const Eigen::MatrixXd& motion() const;
   [[nodiscard]] Eigen::MatrixXd motion_in(FrameSpan frames) const;
+  [[nodiscard]] int frames_to_fill(FrameSpan frames) const {
+    return motion_valid_ ? 0 : systems_.frames_to_fill(frames);
+  }
   [[nodiscard]] bool beats(const SolveReport& other, const SolveReport& answer) const;
 
  private:

@@ -339,6 +339,10 @@ Eigen::MatrixXd Solver::motion_in(FrameSpan frames) const {
   return impl_->optimizer_.motion_in(frames);
 }
 
+int Solver::frames_to_fill(FrameSpan frames) const {
+  return impl_->optimizer_.frames_to_fill(frames);
+}
+
 const Timeline& Solver::timeline() const { return impl_->timeline_; }
 const ModeDynamics& Solver::dynamics() const { return impl_->dynamics_; }
 

@@ -111,6 +111,9 @@ class Solver {
   [[nodiscard]] const Eigen::MatrixXd& motion() const;
   /// Some columns of motion(), without the others. @param frames  within the motion
   [[nodiscard]] Eigen::MatrixXd motion_in(FrameSpan frames) const;
+  /// Frames that motion_in() computes for these: those of the runs between constraints; 0 once the
+  /// whole motion is known.
+  [[nodiscard]] int frames_to_fill(FrameSpan frames) const;
   [[nodiscard]] const Timeline& timeline() const;
   [[nodiscard]] const ModeDynamics& dynamics() const;
 

@@ -9,10 +9,8 @@ namespace {
 
 // Frames that are compared and sent together.
 constexpr int kBlock = 64;
-// Ranges of a result besides those looked at. Gaps between more of them are sent along: an unread
-// stream of a client holds 8 messages.
+// Ranges of a result besides those looked at. Gaps between more of them are sent along.
 constexpr std::size_t kMostRanges = 4;
-constexpr std::size_t kMostLooked = 8;
 
 int block_count(int frames) { return (frames + kBlock - 1) / kBlock; }
 
@@ -88,7 +86,8 @@ ChangeStream::Changes ChangeStream::compare(const FrameSource& result) const {
   return changes;
 }
 
-std::vector<proto::Frames> ChangeStream::advance(const FrameSource& result) {
+std::vector<proto::Frames> ChangeStream::advance(const FrameSource& result,
+                                                 const std::vector<FrameRange>& looked_at) {
   if (sequence_ != 0 && result.sequence() <= sequence_) return {};
   const Eigen::MatrixXf* now = result.coordinates();
   const bool is_continued = sequence_ != 0 && now != nullptr && now->size() > 0 &&
@@ -98,7 +97,7 @@ std::vector<proto::Frames> ChangeStream::advance(const FrameSource& result) {
   const Changes changes = compare(result);
   std::vector<bool> is_looked_at(changes.of_block.size());
   std::vector<FrameRange> ranges;
-  for (const FrameRange& looked : looked_) {
+  for (const FrameRange& looked : looked_at) {
     const auto is_new = [&](int block) {
       const bool is_inside = block * kBlock < end_of(looked) && (block + 1) * kBlock > looked.first;
       return is_inside && !is_looked_at[static_cast<std::size_t>(block)];
@@ -141,6 +140,8 @@ std::vector<proto::Frames> ChangeStream::show_early(const FrameSource& part) {
 std::vector<proto::Frames> ChangeStream::begin(const FrameSource& result) {
   const std::vector<FrameRange> whole{{0, result.frame_count()}};
   std::vector<proto::Frames> messages = encode(result, whole, 0);
+  // Who holds this result already ignores it, with early frames written over it.
+  if (result.sequence() != sequence_ || result.basis_hash() != basis_hash_) early_.clear();
   if (result.coordinates() == nullptr) {
     sent_.resize(0, 0);
   } else {
@@ -148,7 +149,6 @@ std::vector<proto::Frames> ChangeStream::begin(const FrameSource& result) {
   }
   basis_hash_ = result.basis_hash();
   sequence_ = result.sequence();
-  early_.clear();
   return messages;
 }
 
@@ -164,11 +164,6 @@ void ChangeStream::forget() {
   sequence_ = 0;
   sent_.resize(0, 0);
   early_.clear();
-}
-
-void ChangeStream::look_at(FrameRange frames) {
-  looked_.push_front(frames);
-  if (looked_.size() > kMostLooked) looked_.pop_back();
 }
 
 std::vector<proto::Frames> ChangeStream::encode(const FrameSource& result,
@@ -192,6 +187,7 @@ std::vector<proto::Frames> ChangeStream::encode(const FrameSource& result,
     changes.set_motion_frames(static_cast<std::uint32_t>(result.frame_count()));
     changes.set_base_sequence(base);
     changes.set_more(messages.size() < chunks.size());
+    changes.set_part(static_cast<std::uint32_t>(messages.size() - 1));
   }
   return messages;
 }

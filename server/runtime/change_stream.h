@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <deque>
 #include <string>
 #include <vector>
 
@@ -20,9 +19,11 @@ class ChangeStream {
   /// @param chunk_bytes  of frames in a message, at most
   explicit ChangeStream(std::uint64_t chunk_bytes) : chunk_bytes_(chunk_bytes) {}
 
-  /// To a newer result: looked at first, then what changes most. All of its frames where nothing
+  /// To a newer result: what is looked at, then what changes most. All of its frames where nothing
   /// was sent before, or in another basis. Nothing of a result that was sent already.
-  [[nodiscard]] std::vector<proto::Frames> advance(const FrameSource& result);
+  /// @param looked_at  spans that come first, newest first
+  [[nodiscard]] std::vector<proto::Frames> advance(const FrameSource& result,
+                                                   const std::vector<FrameRange>& looked_at = {});
   /// Some frames of a result that is not whole yet; they are brought again with it. Nothing where
   /// subscribers hold no motion of that basis.
   [[nodiscard]] std::vector<proto::Frames> show_early(const FrameSource& part);
@@ -30,9 +31,6 @@ class ChangeStream {
   [[nodiscard]] std::vector<proto::Frames> begin(const FrameSource& result);
   /// Nobody holds anything any more.
   void forget();
-
-  /// These frames come first from now on. Of several such spans the newest 8 count.
-  void look_at(FrameRange frames);
 
  private:
   struct Changes;
@@ -47,7 +45,6 @@ class ChangeStream {
   std::string basis_hash_;
   Eigen::MatrixXf sent_;           // coordinates of each frame as they were sent last
   std::vector<FrameRange> early_;  // sent since, of no result
-  std::deque<FrameRange> looked_;  // newest first
 };
 
 }  // namespace limber::server

@@ -16,6 +16,9 @@ constexpr std::uint64_t kChunkBytes = 64ull << 20;
 
 constexpr std::array<proto::Encoding, 3> kEncodings{
     proto::ENCODING_COORDINATES, proto::ENCODING_POSITIONS, proto::ENCODING_POSITIONS_QUANTISED};
+// Spans that clients look at, and frames of each that come first.
+constexpr std::size_t kLookedAt = 8;
+constexpr int kMostLookedAt = 4096;
 constexpr unsigned kCoordinates = 1, kEncoded = 7, kChanges = 8;
 
 }  // namespace
@@ -41,7 +44,7 @@ void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
   {
     const std::lock_guard order(changing_);
     if (hub_.transport.has_subscriber(changes_topic_)) {
-      publish_changes(changes_.advance(*result));
+      publish_changes(changes_.advance(*result, looked_at()));
     } else {
       changes_.forget();
     }
@@ -49,14 +52,24 @@ void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
   request(kEncoded & ~kCoordinates);
 }
 
-void FrameStreams::note_early(const FrameSource& part) {
+void FrameStreams::note_early(const std::vector<std::shared_ptr<const FrameSource>>& parts) {
   const std::lock_guard order(changing_);
-  if (hub_.transport.has_subscriber(changes_topic_)) publish_changes(changes_.show_early(part));
+  std::vector<proto::Frames> early;
+  for (const auto& part : parts) {
+    for (proto::Frames& frames : changes_.show_early(*part)) early.push_back(std::move(frames));
+  }
+  publish_changes(std::move(early));
+}
+
+bool FrameStreams::has_early_viewers() const {
+  return hub_.transport.has_subscriber(changes_topic_);
 }
 
 void FrameStreams::look_at(FrameRange frames) {
-  const std::lock_guard order(changing_);
-  changes_.look_at(frames);
+  frames.count = std::min(frames.count, kMostLookedAt);
+  const std::lock_guard lock(mutex_);
+  looked_at_.push_front(frames);
+  if (looked_at_.size() > kLookedAt) looked_at_.pop_back();
 }
 
 void FrameStreams::welcome(const std::string& prefix) {
@@ -122,15 +135,22 @@ std::shared_ptr<const FrameSource> FrameStreams::newest() {
   return newest_;
 }
 
-void FrameStreams::publish_changes(const std::vector<proto::Frames>& changes) {
+std::vector<FrameRange> FrameStreams::looked_at() {
+  const std::lock_guard lock(mutex_);
+  return {looked_at_.begin(), looked_at_.end()};
+}
+
+/// Each message continues the one before it: none is replaced.
+void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
   if (changes.empty()) return;
   std::vector<StreamBytes> messages;
-  for (const proto::Frames& frames : changes) {
+  for (proto::Frames& frames : changes) {
     auto message = stream_message(hub_.run, session_.name, session_.uid);
-    *message.mutable_frames() = frames;
+    message.mutable_frames()->Swap(&frames);
     messages.push_back(message.SerializeAsString());
+    frames.Clear();
   }
-  hub_.transport.publish(changes_topic_, std::move(messages));
+  hub_.transport.publish(changes_topic_, std::move(messages), TopicSlots::Keep::kOrder);
 }
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {

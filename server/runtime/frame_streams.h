@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -22,8 +23,11 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
 
   void note(const std::shared_ptr<const FrameSource>& result);
   /// Some frames of the next result, see ChangeStream.
-  void note_early(const FrameSource& part);
-  /// What is changed of these frames comes first.
+  void note_early(const std::vector<std::shared_ptr<const FrameSource>>& parts);
+  /// Somebody would see early frames.
+  [[nodiscard]] bool has_early_viewers() const;
+  /// What is changed of these frames comes first. Of several such spans the newest 8 count, each to
+  /// 4,096 frames.
   void look_at(FrameRange frames);
   /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
   /// nobody has to wait for the next edit.
@@ -33,8 +37,9 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
  private:
   static constexpr std::size_t kTopics = 3;
   void publish(std::size_t topic, const FrameSource& result);
-  void publish_changes(const std::vector<proto::Frames>& changes);
+  void publish_changes(std::vector<proto::Frames> changes);
   [[nodiscard]] std::shared_ptr<const FrameSource> newest();
+  [[nodiscard]] std::vector<FrameRange> looked_at();
   void request(unsigned topics);  // bits
   void encode_due();
 
@@ -47,7 +52,8 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   ChangeStream changes_;    // under changing_
   std::mutex mutex_;        // of what follows
   std::shared_ptr<const FrameSource> newest_;
-  unsigned due_ = 0;  // topics to be made from newest_, by the encoder
+  std::deque<FrameRange> looked_at_;  // newest first
+  unsigned due_ = 0;                  // topics to be made from newest_, by the encoder
   bool encoding_ = false, closed_ = false;
 };
 

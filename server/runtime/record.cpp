@@ -164,7 +164,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
     }
   }
   if (frames) streams_->note(frames);
-  waiters_.note(info, check);
+  if (!info->first_picture()) waiters_.note(info, check);
   for (const JobId job : ended) hub_.jobs.done(job);
   publish_status();
 }

@@ -1,20 +1,29 @@
 #include "server/transport/topic_slots.h"
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
 namespace limber::server {
 
 std::size_t TopicSlots::put(const std::string& topic, std::vector<StreamBytes> messages,
-                            Clock::time_point now) {
+                            Clock::time_point now, Keep keep) {
   if (messages.empty()) return 0;
   auto [slot, fresh] = slots_.try_emplace(topic);
-  const std::size_t given_up = slot->second.messages.size();
+  std::deque<StreamBytes>& waiting = slot->second.messages;
+  std::size_t given_up = 0;
+  if (keep == Keep::kNewest) {
+    given_up = waiting.size();
+    waiting.clear();
+  }
   // The waiting time continues: a stuck subscriber must not be waited for again with every new
   // message.
   if (fresh) slot->second.waiting_since = now;
-  slot->second.messages.assign(std::make_move_iterator(messages.begin()),
-                               std::make_move_iterator(messages.end()));
+  waiting.insert(waiting.end(), std::make_move_iterator(messages.begin()),
+                 std::make_move_iterator(messages.end()));
+  for (; keep == Keep::kOrder && waiting.size() > std::max(kMostInOrder, messages.size());
+       ++given_up)
+    waiting.pop_front();
   return given_up;
 }
 

@@ -13,9 +13,9 @@ namespace limber::server {
 /// One stream message, complete but for its topic.
 using StreamBytes = std::string;
 
-/// What waits to be sent, newest wins: one slot per topic. A publication replaces what is left of
-/// the one before it, so a subscriber that does not keep up gets newer frames, never an ever longer
-/// queue. Not thread-safe.
+/// What waits to be sent, newest wins: one slot per topic. Unless its messages continue each other,
+/// a publication replaces what is left of the one before it, so a subscriber that does not keep up
+/// gets newer frames, never an ever longer queue. Not thread-safe.
 class TopicSlots {
  public:
   using Clock = std::chrono::steady_clock;
@@ -27,9 +27,16 @@ class TopicSlots {
 
   explicit TopicSlots(std::chrono::milliseconds patience) : patience_(patience) {}
 
+  /// What happens to messages of the topic that wait.
+  enum class Keep {
+    kNewest,  // they are given up for newer ones
+    kOrder,   // they stay before newer ones; beyond kMostInOrder the oldest go
+  };
+  static constexpr std::size_t kMostInOrder = 64;
+
   /// @returns messages of the topic that were given up
   std::size_t put(const std::string& topic, std::vector<StreamBytes> messages,
-                  Clock::time_point now);
+                  Clock::time_point now, Keep keep = Keep::kNewest);
 
   /// Sends what can be sent. A topic whose subscriber stays full for longer than the patience is
   /// forced: the others get it, the full one misses it.

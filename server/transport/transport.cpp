@@ -169,7 +169,8 @@ void Transport::send(Address address, std::string bytes) {
 
 void Transport::allow(std::set<std::string> keys) { enqueue(AllowedKeys{std::move(keys)}); }
 
-void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages) {
+void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages,
+                        TopicSlots::Keep keep) {
   {
     const std::lock_guard lock(mutex_);
     // A long life sees many sessions; forgetting their counts only means that they begin at 1
@@ -177,7 +178,7 @@ void Transport::publish(const std::string& topic, std::vector<StreamBytes> messa
     if (sequences_.size() >= kMaxTopics) sequences_.clear();
     std::uint64_t& sequence = sequences_[topic];
     for (auto& bytes : messages) append_sequence(bytes, ++sequence);
-    queue_.emplace_back(Publication{topic, std::move(messages)});
+    queue_.emplace_back(Publication{topic, std::move(messages), keep});
   }
   wake();
 }
@@ -246,7 +247,7 @@ void Transport::drain() {
       send_now(*outgoing);
     } else if (auto* publication = std::get_if<Publication>(&item)) {
       add(counters_.replaced,
-          slots_.put(publication->topic, std::move(publication->messages), now));
+          slots_.put(publication->topic, std::move(publication->messages), now, publication->keep));
       slots_.flush(send, now);  // in the order of publication as long as nobody is full
     } else if (const auto* ended = std::get_if<EndedConnections>(&item)) {
       end_connections(*ended);

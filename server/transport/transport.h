@@ -79,7 +79,8 @@ class Transport {
   void send(Address address, std::string bytes);
   /// @param messages  serialised StreamMessages without `sequence`, which is appended here, in the
   /// order of calls
-  void publish(const std::string& topic, std::vector<StreamBytes> messages);
+  void publish(const std::string& topic, std::vector<StreamBytes> messages,
+               TopicSlots::Keep keep = TopicSlots::Keep::kNewest);
   [[nodiscard]] bool has_subscriber(std::string_view topic) const {
     return subscriptions_.has_subscriber(topic);
   }
@@ -100,6 +101,7 @@ class Transport {
   struct Publication {
     std::string topic;
     std::vector<StreamBytes> messages;
+    TopicSlots::Keep keep;
   };
   using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys>;
 

@@ -50,9 +50,9 @@ def test_there_is_no_motion_before_the_first_update(motion):
 
 def test_ranges_of_a_result_are_put_together(fake, motion):
     fake.publish(TOPIC, changes(1, 1, 0, [1] * 4, more=True))
-    fake.publish(TOPIC, changes(2, 1, 4, [2] * 6))
+    fake.publish(TOPIC, changes(2, 1, 4, [2] * 6, part=1))
     fake.publish(TOPIC, changes(3, 2, 8, [3, 3], base=1, more=True))
-    fake.publish(TOPIC, changes(4, 2, 0, [4], base=1))
+    fake.publish(TOPIC, changes(4, 2, 0, [4], base=1, part=1))
     updates = [next(motion) for _ in range(4)]
     assert [update.whole for update in updates] == [False, True, False, True]
     assert [(update.first_frame, update.frame_count) for update in updates] == [(0, 4), (4, 6), (8, 2), (0, 1)]
@@ -82,5 +82,18 @@ def test_a_lost_result_has_the_motion_fetched(fake, motion):
 
 
 def test_who_joins_between_two_ranges_fetches_the_motion(fake, motion):
-    fake.publish(TOPIC, changes(1, 1, 4, [2] * 6))
+    fake.publish(TOPIC, changes(1, 1, 4, [2] * 6, part=1))
     assert next(motion).whole and held(motion) == [7] * 10
+
+
+@pytest.mark.parametrize("lost", [0, 1])
+def test_a_message_lost_within_a_result_has_the_motion_fetched(fake, motion, lost):
+    fake.publish(TOPIC, changes(1, 1, 0, [1] * 10))
+    assert next(motion).whole
+    for part in range(3):
+        if part != lost:
+            fake.publish(TOPIC, changes(2 + part, 2, part, [2], base=1, part=part, more=part < 2))
+    updates = [next(motion)]
+    while not updates[-1].whole:
+        updates.append(next(motion))
+    assert motion.sequence == 7 and held(motion) == [7] * 10

@@ -17,6 +17,9 @@ from .stream import SessionStream
 if TYPE_CHECKING:
     from .open_session import OpenSession
 
+# Frames that are asked for at once where messages were lost.
+FETCHED = 50_000
+
 
 @dataclass(frozen=True)
 class MotionUpdate:
@@ -43,6 +46,7 @@ class MotionStream(SessionStream):
         self._motion: np.ndarray | None = None
         self._sequence = 0           # of the result whose frames these are; 0: of none
         self._begun = 0              # of the result that some frames are of already; 0: none
+        self._parts = 0              # of its messages that have come
         self._hash = ""
 
     @property
@@ -90,14 +94,14 @@ class MotionStream(SessionStream):
             return self._update(frames, whole=False, missed=missed)
         if sequence <= self._sequence:
             return None
-        continues = sequence == self._begun or (changes.base_sequence == self._sequence and self._sequence != 0)
-        if not continues and changes.base_sequence == 0 and frames.first_frame == 0:
+        if changes.part != (self._parts if sequence == self._begun else 0):
+            return self._fetch(changes.motion_frames, missed)
+        if changes.part == 0 and (changes.base_sequence != self._sequence or self._sequence == 0):
+            if changes.base_sequence != 0:
+                return self._fetch(changes.motion_frames, missed)
             self._begin(frames)
-            continues = True
-        if not continues:
-            return self._fetch(missed)
         self._write(frames)
-        self._begun = sequence if changes.more else 0
+        self._begun, self._parts = (sequence, changes.part + 1) if changes.more else (0, 0)
         if not changes.more:
             self._sequence = sequence
         return self._update(frames, whole=not changes.more, missed=missed)
@@ -108,17 +112,30 @@ class MotionStream(SessionStream):
         self._hash = frames.basis_hash
         self._sequence = 0
 
-    def _fetch(self, missed: int) -> MotionUpdate:
-        frames = self._session.raw_frames()
-        self._motion = np.array(arrays.to_numpy(frames.data, "frames"))
-        self._hash = frames.basis_hash
-        self._sequence, self._begun = frames.result.sequence, 0
-        return self._update(frames, whole=True, missed=missed)
+    def _fetch(self, frames: int, missed: int) -> MotionUpdate:
+        """All frames, in parts that the server's limit on messages allows."""
+        while True:
+            parts = [self._session.raw_frames(count=min(FETCHED, frames))]
+            first, have = parts[0].result.sequence, parts[0].frame_count
+            while have < frames and parts[-1].result.sequence == first:
+                parts.append(self._session.raw_frames(have, min(FETCHED, frames - have)))
+                have += parts[-1].frame_count
+            if parts[-1].result.sequence == first:
+                break
+        self._motion = np.concatenate([arrays.to_numpy(part.data, "frames") for part in parts])
+        self._hash = parts[0].basis_hash
+        self._sequence, self._begun, self._parts = first, 0, 0
+        parts[0].frame_count = have
+        return self._update(parts[0], whole=True, missed=missed)
 
     def _write(self, frames: "service.Frames") -> None:
-        if frames.frame_count:
-            data = arrays.to_numpy(frames.data, "frames")
-            self._motion[frames.first_frame:frames.first_frame + frames.frame_count] = data
+        if not frames.frame_count:
+            return
+        data = arrays.to_numpy(frames.data, "frames")
+        end = frames.first_frame + frames.frame_count
+        if len(data) != frames.frame_count or end > len(self._motion) or data.shape[1:] != self._motion.shape[1:]:
+            raise LimberError("MALFORMED", "frames that do not fit the motion", "frames")
+        self._motion[frames.first_frame:end] = data
 
     def _update(self, frames: "service.Frames", whole: bool, missed: int) -> MotionUpdate:
         return MotionUpdate(self._session.result_of(frames.result), frames.first_frame, frames.frame_count, whole,

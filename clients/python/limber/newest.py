@@ -109,8 +109,9 @@ class Newest:
             self._frames[0].missed += gone.missed + 1
 
 
-# Messages of changes that wait for a reader that is slow: each result has a few.
+# Of changes that wait for a reader that is slow: messages, and bytes of frames.
 MOST_CHANGES = 64
+MOST_BYTES = 256 << 20
 
 
 class Changes(Newest):
@@ -123,3 +124,11 @@ class Changes(Newest):
         with self._changed:
             self._note_sequence(sequence)
             self._append(frames)
+
+    def _drop_oldest(self) -> None:
+        super()._drop_oldest()
+        waiting = sum(len(one.frames.data.data) for one in self._frames)
+        while waiting > MOST_BYTES and len(self._frames) > 1:
+            gone = self._frames.popleft()
+            waiting -= len(gone.frames.data.data)
+            self._frames[0].missed += gone.missed + 1

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "engine/session/bodies/impl.h"
 
@@ -12,6 +13,8 @@ namespace {
 
 // Frames on either side of an edited one: ten swings of a mode of 50 frames.
 constexpr int kAround = 256;
+// Frames between constraints that are computed for early ones, at most: some milliseconds.
+constexpr int kMostFilled = 65'536;
 
 /// Disjoint spans, in order.
 class Spans {
@@ -83,27 +86,33 @@ void BodySession::Impl::look_at(spacetime::FrameSpan frames) {
   if (views_.size() > kViews) views_.pop_back();
 }
 
-std::vector<spacetime::FrameSpan> BodySession::Impl::early_spans(const EditBatch& batch) const {
-  std::vector<int> edited;
-  const auto note = [&](const scene::Constraint& constraint) {
-    edited.push_back(constraint.frame);
-  };
-  for (const scene::Constraint& constraint : batch.set) note(constraint);
-  if (!batch.moved.empty()) {
-    for (const spacetime::PositionConstraint& constraint : problem_->solver().constraints()) {
-      const bool is_moved = std::any_of(batch.moved.begin(), batch.moved.end(),
-                                        [&](const auto& to) { return to.id == constraint.id; });
-      if (is_moved) edited.push_back(constraint.frame);
-    }
+void BodySession::Impl::note_edited(const EditBatch& batch) {
+  edited_.clear();
+  std::set<std::uint64_t> ids(batch.removed.begin(), batch.removed.end());
+  for (const TargetChange& change : batch.moved) ids.insert(change.id);
+  for (const scene::Constraint& constraint : batch.set) {
+    edited_.push_back(constraint.frame);
+    ids.insert(constraint.id);
   }
-  const std::vector<spacetime::FrameSpan> views =
-      read([this] { return std::vector(views_.begin(), views_.end()); });
-  return choose_early_spans(views, edited, document_.unedited()->frame_count);
+  if (problem_->started()) {  // where they are, or were
+    for (const spacetime::PositionConstraint& constraint : problem_->solver().constraints())
+      if (ids.count(constraint.id) > 0) edited_.push_back(constraint.frame);
+  }
+  if (batch.keyframes) {
+    for (const scene::Keyframe& keyframe : *batch.keyframes) edited_.push_back(keyframe.frame);
+  }
 }
 
 void BodySession::Impl::publish_early(const Round& round, const spacetime::SolveReport& report) {
-  if (!listener_ || document_.unedited()->frame_count < kLongMotion) return;
-  for (const spacetime::FrameSpan& span : early_spans(round.order.batch)) {
+  const int frames = document_.unedited()->frame_count;
+  if (!listener_ || frames < kLongMotion || !listener_->wants_early_frames()) return;
+  const std::vector<spacetime::FrameSpan> views =
+      read([this] { return std::vector(views_.begin(), views_.end()); });
+  std::vector<std::shared_ptr<const BodyResult>> parts;
+  int filled = 0;
+  for (const spacetime::FrameSpan& span : choose_early_spans(views, edited_, frames)) {
+    filled += problem_->solver().frames_to_fill(span);
+    if (filled > kMostFilled) break;
     auto part = std::make_shared<BodyResult>();
     part->revision = round.revision;
     part->report = report;
@@ -115,8 +124,10 @@ void BodySession::Impl::publish_early(const Round& round, const spacetime::Solve
     part->unit_force_energy = 0;  // of the whole motion, which is not there yet
     show_by_model(*part);
     part->since_edit_ms = round.since_edit_ms();
-    notify(listener_.get(), [&](BodyListener& listener) { listener.on_early_frames(part); });
+    parts.push_back(std::move(part));
   }
+  if (parts.empty()) return;
+  notify(listener_.get(), [&](BodyListener& listener) { listener.on_early_frames(parts); });
 }
 
 }  // namespace limber::session

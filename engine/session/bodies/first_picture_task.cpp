@@ -8,11 +8,22 @@
 
 namespace limber::session {
 
+namespace {
+
+// The build waits for the picture: of longer motions, or more targets, there is none.
+constexpr int kMostPictureFrames = 20'000;
+constexpr std::size_t kMostPictureTargets = 200;
+
+}  // namespace
+
 void BodySession::Impl::begin_picture(const MappedBody& mapped,
                                       const reduced::ModelOptions& options, const JobContext& job) {
   const scene::Scene& scene = *document_.unedited();
   picture_.reset();
-  if (mapped.body.mesh.tet_count() < options_.first_picture_tets || scene.base_motion.size() > 0)
+  const bool is_large = scene.frame_count > kMostPictureFrames ||
+                        scene.constraints.size() + scene.keyframes.size() > kMostPictureTargets;
+  if (mapped.body.mesh.tet_count() < options_.first_picture_tets || scene.base_motion.size() > 0 ||
+      is_large)
     return;
   try {
     auto picture = std::make_unique<FirstPicture>(scene, mapped, options, options_.solver, job);
@@ -25,9 +36,9 @@ void BodySession::Impl::begin_picture(const MappedBody& mapped,
     }
     picture_ = std::move(picture);
     show_edits(job);
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled) throw;
+  } catch (...) {
     picture_.reset();  // a convenience: the build says itself what is wrong with the body
+    job.throw_if_cancelled();
   }
 }
 
@@ -37,9 +48,9 @@ JobContext BodySession::Impl::with_picture(const JobContext& job) {
             if (job.progress) job.progress(stage, fraction);
             try {
               show_edits(job);
-            } catch (const Error& error) {
-              if (error.code() == ErrorCode::kCancelled) throw;
+            } catch (...) {
               picture_.reset();
+              job.throw_if_cancelled();
             }
           }};
 }
@@ -52,6 +63,7 @@ void BodySession::Impl::show_edits(const JobContext& job) {
   {
     const std::lock_guard lock(mutex_);
     if (pictured_ == document_.content()) return;
+    if (document_.constraints().size() > kMostPictureTargets) return;
     pictured_ = document_.content();
     whole = whole_batch(document_);
     revision = document_.revision();

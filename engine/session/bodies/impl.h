@@ -140,8 +140,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
 
   // early_frames.cpp: of long motions, what is looked at and what was edited, before all of it.
   void publish_early(const Round& round, const spacetime::SolveReport& report);
-  /// Of the solver's motion, disjoint: at most kEarlyFrames in all.
-  [[nodiscard]] std::vector<spacetime::FrameSpan> early_spans(const EditBatch& batch) const;
+  /// Before a batch is applied: the frames that it is about.
+  void note_edited(const EditBatch& batch);
 
   // exact.cpp: the step behind the reduced model's answer.
   [[nodiscard]] bool is_quiet();
@@ -199,6 +199,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::uint64_t pictured_ = 0;                       // the task's: Document::content() in it
   std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
   std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
+  std::vector<int> edited_;                          // the task's: frames of the round's edits
   bool from_rest_ = false;        // the task's: the solver began there, and no edit has come since
   Eigen::MatrixXd tried_;         // the task's: z that was compared with the optimum from rest
   bool was_interrupted_ = false;  // the task's: the last exact step

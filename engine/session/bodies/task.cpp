@@ -32,11 +32,8 @@ std::string BodySession::Impl::build(const JobContext& job) {
     job.report("ready", 1);
     const std::lock_guard lock(mutex_);
     // Clients may have frames of the first picture, and still ask for its basis.
-    if (picture_) {
-      shown_.push_back(problem_shown_);
-    } else {
-      shown_ = {problem_shown_};
-    }
+    shown_.push_back(problem_shown_);
+    if (shown_.size() > kShownKept) shown_.pop_front();
     picture_.reset();
     compact_of_source_ = built->compact_of_source;
     built_ = std::move(built);
@@ -118,6 +115,7 @@ void BodySession::Impl::solve_failed(const Round& round, const std::string& reas
 
 /// @returns the answer that is known already; null where there is none
 std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Round& round) {
+  note_edited(round.order.batch);
   if (round.order.is_whole) {
     problem_->start(round.order.batch);
   } else {

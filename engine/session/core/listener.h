@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/session/core/values.h"
 
@@ -16,9 +17,11 @@ class Listener {
   virtual void on_progress(const Progress&) {}  // while building
   virtual void on_state(State state, const std::string& message) = 0;
   virtual void on_result(const std::shared_ptr<const Result>& result) = 0;
-  /// Some frames of the result that comes next, as of an iterate before it: without a sequence
-  /// number. Of long motions.
-  virtual void on_early_frames(const std::shared_ptr<const Result>& /*part*/) {}
+  /// Whether anybody would see early frames.
+  [[nodiscard]] virtual bool wants_early_frames() { return false; }
+  /// Spans of frames of the result that comes next, before it is whole: without a sequence number.
+  /// Of long motions, where they are wanted.
+  virtual void on_early_frames(const std::vector<std::shared_ptr<const Result>>& /*parts*/) {}
 };
 
 /// Calls a listener, if there is one: never with a lock held, since it may call any getter. One

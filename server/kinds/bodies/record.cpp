@@ -102,7 +102,12 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
     return export_scene(session->scene(), stem);
   }
   const auto geometry = geometry_of(*session);
-  if (request.part() == 0) exports_.begin(demand_result(false));
+  if (request.part() == 0) {
+    auto newest = demand_result(false);
+    if (newest->is_first_picture)
+      throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+    exports_.begin(std::move(newest));
+  }
   const auto result = exports_.find(request.part() == 0 ? 0 : request.result_sequence());
   const double fps = session->scene().dynamics.frames_per_second;
   const auto positions = [&](int first, int count) {
@@ -256,8 +261,14 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
                                                 : ResultWaiters::Check::kDone);
 }
 
-void BodyRecord::on_early_frames(const std::shared_ptr<const session::BodyResult>& part) {
-  streams_->note_early(BodyFrames(part, part->shown->geometry, opened_.length_unit));
+void BodyRecord::on_early_frames(
+    const std::vector<std::shared_ptr<const session::BodyResult>>& parts) {
+  std::vector<std::shared_ptr<const FrameSource>> frames;
+  frames.reserve(parts.size());
+  for (const auto& part : parts)
+    frames.push_back(
+        std::make_shared<BodyFrames>(part, part->shown->geometry, opened_.length_unit));
+  streams_->note_early(frames);
 }
 
 }  // namespace limber::server

@@ -47,7 +47,9 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   void expect_cold(JobId job);
 
   void on_result(const std::shared_ptr<const session::BodyResult>& result) override;
-  void on_early_frames(const std::shared_ptr<const session::BodyResult>& part) override;
+  [[nodiscard]] bool wants_early_frames() override { return streams_->has_early_viewers(); }
+  void on_early_frames(
+      const std::vector<std::shared_ptr<const session::BodyResult>>& parts) override;
 
  private:
   void describe(proto::SessionStatus& status) const override;

@@ -127,8 +127,7 @@ TEST_F(ChangesOfAMotion, ComeInTheOrderInWhichTheyMatter) {
   motion.middleCols(1'000, 10).array() += 0.01F;
   motion.middleCols(4'000, 10).array() += 0.5F;
   motion.middleCols(8'000, 10).array() += 0.001F;
-  stream.look_at({7'990, 100});
-  const auto messages = stream.advance(Source(2, motion));
+  const auto messages = stream.advance(Source(2, motion), {{7'990, 100}});
   EXPECT_EQ(ranges_of(messages), (Ranges{{8'000, 64}, {3'968, 64}, {960, 64}}))
       << "looked at, then the largest";
   EXPECT_TRUE(messages[0].changes().more());
@@ -198,6 +197,30 @@ TEST_F(ChangesOfAMotion, WhoMissesAResultAsksForAllOfIt) {
   static_cast<void>(stream.advance(Source(2, motion)));
   motion.col(20).array() += 1.0F;
   EXPECT_EQ(client.put(stream.advance(Source(3, motion))[0]), Outcome::kLost);
+}
+
+TEST_F(ChangesOfAMotion, WhoMissesAnyMessageOfAResultAsksForAllOfIt) {
+  motion.middleCols(1'000, 10).array() += 0.01F;
+  motion.middleCols(4'000, 10).array() += 0.5F;
+  motion.middleCols(8'000, 10).array() += 0.1F;
+  const auto messages = stream.advance(Source(2, motion));
+  ASSERT_EQ(messages.size(), 3u);
+  MotionBuffer without_first = client, without_second = client;
+  EXPECT_EQ(without_first.put(messages[1]), Outcome::kLost);
+  EXPECT_EQ(without_second.put(messages[0]), Outcome::kPart);
+  EXPECT_EQ(without_second.put(messages[2]), Outcome::kLost);
+}
+
+/// One that joins has all of it sent again; who holds it ignores that.
+TEST_F(ChangesOfAMotion, FramesThatCameEarlyComeAgainWhereOneJoinsMeanwhile) {
+  Eigen::MatrixXf guess = motion.middleCols(300, 40);
+  guess.array() += 0.2F;
+  put(stream.show_early(Source(0, guess, "b", 300)));
+  put(stream.begin(Source(1, motion)));
+  EXPECT_EQ(last, Outcome::kIgnored);
+  put(stream.advance(Source(2, motion)));
+  EXPECT_EQ(last, Outcome::kWhole);
+  EXPECT_EQ(held(), motion);
 }
 
 TEST_F(ChangesOfAMotion, LongOnesComeInChunks) {

@@ -52,6 +52,34 @@ TEST(TopicSlots, TheNewestReplacesWhatWaits) {
   EXPECT_EQ(socket.sent, Strings{"a:999"});
 }
 
+TEST(TopicSlots, MessagesThatContinueEachOtherWaitInOrder) {
+  TopicSlots slots{milliseconds(20)};
+  FakeSocket socket;
+  socket.full = {"a"};
+  const auto now = Clock::now();
+  EXPECT_EQ(slots.put("a", {"1", "2"}, now, TopicSlots::Keep::kOrder), 0u);
+  EXPECT_EQ(slots.put("a", {"3"}, now, TopicSlots::Keep::kOrder), 0u);
+  slots.flush(socket.send, now);
+  socket.full.clear();
+  slots.flush(socket.send, now);
+  EXPECT_EQ(socket.sent, (Strings{"a:1", "a:2", "a:3"}));
+}
+
+TEST(TopicSlots, ButNotEverMoreOfThem) {
+  TopicSlots slots{milliseconds(20)};
+  FakeSocket socket;
+  socket.full = {"a"};
+  const auto now = Clock::now();
+  std::size_t given_up = 0;
+  for (std::size_t i = 0; i < 100; ++i)
+    given_up += slots.put("a", {std::to_string(i)}, now, TopicSlots::Keep::kOrder);
+  EXPECT_EQ(given_up, 100 - TopicSlots::kMostInOrder);
+  socket.full.clear();
+  slots.flush(socket.send, now);
+  ASSERT_EQ(socket.sent.size(), TopicSlots::kMostInOrder);
+  EXPECT_EQ(socket.sent.back(), "a:99") << "the oldest go";
+}
+
 TEST(TopicSlots, AFullTopicHoldsUpNoOther) {
   TopicSlots slots{milliseconds(20)};
   FakeSocket socket;

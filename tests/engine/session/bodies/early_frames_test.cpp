@@ -46,12 +46,14 @@ TEST(EarlySpans, AreNotMoreThanAFewMilliseconds) {
 /// Keeps early frames, with how many results had come before.
 class EarlyRecorder final : public test::Recorder {
  public:
-  void on_early_frames(const std::shared_ptr<const BodyResult>& part) override {
-    before.push_back(results().size());
-    parts.push_back(part);
+  bool wants_early_frames() override { return is_watched; }
+  void on_early_frames(const std::vector<std::shared_ptr<const BodyResult>>& early) override {
+    before = results().size();
+    parts.insert(parts.end(), early.begin(), early.end());
   }
+  std::atomic<bool> is_watched{true};
   std::vector<std::shared_ptr<const BodyResult>> parts;
-  std::vector<std::size_t> before;
+  std::size_t before = 0;
 };
 
 scene::Scene long_bar(int frames) {
@@ -67,7 +69,6 @@ struct LongSession {
       : session("long", long_bar(frames), {}, test::shared_cache(), pool.executor(), recorder) {
     recorder->wait_final(0);
     recorder->parts.clear();
-    recorder->before.clear();
   }
   std::shared_ptr<EarlyRecorder> recorder = std::make_shared<EarlyRecorder>();
   test::Pool pool{1};
@@ -90,7 +91,7 @@ TEST(EarlyFrames, AreThoseOfTheFirstResult) {
   const auto first = live.recorder->results()[before];
   EXPECT_EQ(first->revision, receipt.revision);
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    EXPECT_LE(live.recorder->before[i], before) << "before the first result";
+    EXPECT_LE(live.recorder->before, before) << "before the first result";
     EXPECT_EQ(parts[i]->revision, receipt.revision);
     EXPECT_EQ(parts[i]->sequence, 0u) << "of no result";
     EXPECT_FALSE(parts[i]->is_final);
@@ -126,6 +127,23 @@ TEST(EarlyFrames, AnEditOfALongMotionEndsWhereAFreshSessionDoes) {
     EXPECT_NEAR(warm->report.total_energy, cold->report.total_energy,
                 1e-9 * cold->report.total_energy);
   }
+}
+
+TEST(EarlyFrames, AreThoseAroundWhatWasRemovedToo) {
+  LongSession live(12'000);
+  const auto receipt = live.session.edit({RemoveConstraint{live.session.constraints()[1].id}});
+  ASSERT_TRUE(live.recorder->wait_final(receipt.revision));
+  ASSERT_EQ(live.recorder->parts.size(), 1u);
+  EXPECT_EQ(live.recorder->parts[0]->first_frame, 9'000 - 256);
+}
+
+TEST(EarlyFrames, AreNotComputedForNobody) {
+  LongSession live(12'000);
+  live.recorder->is_watched = false;
+  const auto receipt =
+      live.session.edit({MoveConstraint{live.session.constraints()[0].id, {0.02, -0.2, 0.05}}});
+  ASSERT_TRUE(live.recorder->wait_final(receipt.revision));
+  EXPECT_TRUE(live.recorder->parts.empty());
 }
 
 TEST(EarlyFrames, AreNotSentOfShortMotions) {
