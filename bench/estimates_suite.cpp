@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "bench/beam_truth.h"
 #include "bench/dome_lines.h"
@@ -131,13 +130,8 @@ SolvedLinkage deployed(const LinkageCase& named, const rods::LinkageGraph& graph
 
 void run_linkages(const SuiteOptions& options, Recorder& recorder) {
   Ratios ratios("linkages", recorder);
-  const auto& cases = linkage_cases();
-  const auto burd = std::find_if(cases.begin(), cases.end(), [](const LinkageCase& one) {
-    return std::string_view(one.name) == "burd";
-  });
-  const std::string path = options.shared_folder + "/data/linkages/" + burd->file + ".obj";
-  const bool has_burd = !options.shared_folder.empty() && std::filesystem::exists(path);
-  if (!has_burd) recorder.note("estimates: burd left out, the public data is not there");
+  const LinkageCase& burd = linkage_case("burd");
+  const auto path = find_linkage_lines(options, burd.name, burd.file, recorder);
   for (const BendingForm form : {BendingForm::kTurningAngle, BendingForm::kMaterialFrames}) {
     for (const int edges : {3, 5, 10, 20, 40}) {
       for (const double alpha : {1.0, 10.0}) {
@@ -151,9 +145,9 @@ void run_linkages(const SuiteOptions& options, Recorder& recorder) {
       }
       if (edges > 20) continue;
       add_linkage("dome", form, edges, opened_dome(edges, form), ratios);
-      if (has_burd && edges >= 5) {
-        const auto graph = rods::build_linkage_graph(scene::read_line_mesh_file(path));
-        add_linkage("burd", form, edges, deployed(*burd, graph, edges, form), ratios);
+      if (path && edges >= 5) {
+        const auto graph = rods::build_linkage_graph(scene::read_line_mesh_file(*path));
+        add_linkage("burd", form, edges, deployed(burd, graph, edges, form), ratios);
       }
     }
   }

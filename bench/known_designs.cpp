@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 #include <utility>
 
@@ -88,15 +87,12 @@ void for_each_design(
     const SuiteOptions& options, Recorder& recorder,
     const std::function<void(const LinkageCase& named, const std::string& path)>& measure) {
   for (const LinkageCase& named : linkage_cases()) {
-    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
     if (named.known_wall == 0) continue;  // burd at other subdivisions
     if (!is_selected(named.name)) continue;
-    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
-      recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
-      continue;
-    }
+    const auto path = find_linkage_lines(options, named.name, named.file, recorder);
+    if (!path) continue;
     try {
-      measure(named, path);
+      measure(named, *path);
     } catch (const Error& error) {
       recorder.note(fmt::format("{}: {} {}", named.name, error.field(), error.what()));
     }

@@ -17,7 +17,6 @@
 #include <cmath>
 #include <condition_variable>
 #include <deque>
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <numbers>
@@ -314,14 +313,9 @@ void drag(const Dragged& dragged, int moves, Recorder& recorder) {
 void linkage_drag_suite(const SuiteOptions& options, Recorder& recorder) {
   const int moves = options.quick ? 30 : 90;
   for (const int rods : {9, 15, 21, 29}) drag(dome(rods), moves, recorder);
-  const auto& cases = linkage_cases();
-  const auto named = std::find_if(cases.begin(), cases.end(), [](const LinkageCase& one) {
-    return std::string_view(one.name) == "hourglass";
-  });
-  const std::string path = options.shared_folder + "/data/linkages/" + named->file + ".obj";
-  if (options.shared_folder.empty() || !std::filesystem::exists(path))
-    return recorder.note("linkage_drag: hourglass left out, the public data is not there");
-  drag(hourglass(path, *named), moves, recorder);
+  const LinkageCase& named = linkage_case("hourglass");
+  if (const auto path = find_linkage_lines(options, named.name, named.file, recorder))
+    drag(hourglass(*path, named), moves, recorder);
 }
 
 }  // namespace limber::bench

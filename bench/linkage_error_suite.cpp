@@ -6,7 +6,6 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
@@ -51,22 +50,18 @@ DeployedLinkage deploy_linkage(const LinkageCase& named, const rods::LinkageGrap
 }  // namespace
 
 void linkage_error_suite(const SuiteOptions& options, Recorder& recorder) {
-  const auto& cases = linkage_cases();
-  const auto named = std::find_if(cases.begin(), cases.end(), [](const LinkageCase& one) {
-    return std::string_view(one.name) == "burd";
-  });
-  const std::string path = options.shared_folder + "/data/linkages/" + named->file + ".obj";
-  if (options.shared_folder.empty() || !std::filesystem::exists(path))
-    return recorder.note("linkage_error: burd left out, the public data is not there");
-  const rods::LinkageGraph graph = rods::build_linkage_graph(scene::read_line_mesh_file(path));
+  const LinkageCase& named = linkage_case("burd");
+  const auto path = find_linkage_lines(options, named.name, named.file, recorder);
+  if (!path) return;
+  const rods::LinkageGraph graph = rods::build_linkage_graph(scene::read_line_mesh_file(*path));
   using Form = rods::BendingForm;
   recorder.note("linkage_error: 80 and 160 edges");
-  const double coarse = deploy_linkage(*named, graph, 80, Form::kTurningAngle, 1).energy;
-  const double fine = deploy_linkage(*named, graph, 160, Form::kTurningAngle, 1).energy;
+  const double coarse = deploy_linkage(named, graph, 80, Form::kTurningAngle, 1).energy;
+  const double fine = deploy_linkage(named, graph, 160, Form::kTurningAngle, 1).energy;
   const double expected = fine + (fine - coarse) / 3;
   const auto add = [&](const char* method, int edges, const DeployedLinkage& deployed) {
     Case row;
-    row["model"] = named->name;
+    row["model"] = named.name;
     row["method"] = method;
     row["edges"] = edges;
     row["ms"] = deployed.wall_ms;
@@ -80,10 +75,10 @@ void linkage_error_suite(const SuiteOptions& options, Recorder& recorder) {
                                    std::pair{Form::kTurningAngle, "limber, turning angle"}}) {
     for (const int edges : {5, 10, 20, 40}) {
       recorder.note(fmt::format("linkage_error: {}, {} edges", name, edges));
-      add(name, edges, deploy_linkage(*named, graph, edges, form, options.quick ? 3 : 5));
+      add(name, edges, deploy_linkage(named, graph, edges, form, options.quick ? 3 : 5));
     }
   }
-  add("public code", named->edges, {1e3 * named->known_wall, named->known_energy, 0, 0});
+  add("public code", named.edges, {1e3 * named.known_wall, named.known_energy, 0, 0});
 }
 
 }  // namespace limber::bench

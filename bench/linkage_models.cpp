@@ -1,5 +1,10 @@
 #include "bench/linkage_models.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <filesystem>
+
 namespace limber::bench {
 
 const std::vector<LinkageCase>& linkage_cases() {
@@ -130,6 +135,20 @@ const std::vector<LinkageCase>& linkage_cases() {
        37.6},
   };
   return cases;
+}
+
+const LinkageCase& linkage_case(std::string_view name) {
+  const auto& cases = linkage_cases();
+  return *std::find_if(cases.begin(), cases.end(),
+                       [&](const LinkageCase& one) { return one.name == name; });
+}
+
+std::optional<std::string> find_linkage_lines(const SuiteOptions& options, const std::string& name,
+                                              const std::string& file, Recorder& recorder) {
+  std::string path = options.shared_folder + "/data/linkages/" + file + ".obj";
+  if (!options.shared_folder.empty() && std::filesystem::exists(path)) return path;
+  recorder.note(fmt::format("{} left out: {} is not there", name, path));
+  return std::nullopt;
 }
 
 }  // namespace limber::bench

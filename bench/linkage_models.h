@@ -1,7 +1,11 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "bench/suite.h"
 #include "engine/rods/linkage/linkage_model.h"
 
 namespace limber::bench {
@@ -26,5 +30,13 @@ struct LinkageCase {
 };
 
 [[nodiscard]] const std::vector<LinkageCase>& linkage_cases();
+/// The one of this name, which there is.
+[[nodiscard]] const LinkageCase& linkage_case(std::string_view name);
+/// Lines of a linkage of the public data; nothing, and a note that `name` is left out, where they
+/// are not there.
+[[nodiscard]] std::optional<std::string> find_linkage_lines(const SuiteOptions& options,
+                                                            const std::string& name,
+                                                            const std::string& file,
+                                                            Recorder& recorder);
 
 }  // namespace limber::bench

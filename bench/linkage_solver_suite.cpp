@@ -2,8 +2,8 @@
 #include <fmt/core.h>
 
 #include <Eigen/SparseCore>
-#include <filesystem>
 
+#include "bench/linkage_models.h"
 #include "bench/suite.h"
 #include "engine/base/numerics/sparse_cholesky.h"
 #include "engine/base/parallel.h"
@@ -106,13 +106,10 @@ Case measure(const Model& named, const std::string& path, int threads, int repea
 void linkage_solver_suite(const SuiteOptions& options, Recorder& recorder) {
   const int before = thread_count();
   for (const Model& named : kModels) {
-    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
-    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
-      recorder.note(fmt::format("{} left out: {} is not there", named.file, path));
-      continue;
-    }
+    const auto path = find_linkage_lines(options, named.file, named.file, recorder);
+    if (!path) continue;
     for (const int threads : {1, 2})
-      recorder.add(measure(named, path, threads, options.quick ? 9 : 8 * options.repeats + 1));
+      recorder.add(measure(named, *path, threads, options.quick ? 9 : 8 * options.repeats + 1));
   }
   set_thread_count(before);
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
@@ -206,13 +205,10 @@ Case measure_linkage(LinkageCase named, rods::BendingForm form, const std::strin
 void linkage_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const LinkageCase& named : linkage_cases()) {
     if (!is_selected(named.name)) continue;
-    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
-    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
-      recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
-      continue;
-    }
+    const auto path = find_linkage_lines(options, named.name, named.file, recorder);
+    if (!path) continue;
     for (const auto form : {rods::BendingForm::kMaterialFrames, rods::BendingForm::kTurningAngle})
-      recorder.add(measure_linkage(named, form, path, options));
+      recorder.add(measure_linkage(named, form, *path, options));
   }
 }
 

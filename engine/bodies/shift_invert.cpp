@@ -33,6 +33,16 @@ constexpr int kEstimateSteps = 5;
 
 }  // namespace
 
+Eigen::MatrixXd multiply_columns(const Eigen::SparseMatrix<double>& matrix,
+                                 const Eigen::MatrixXd& x) {
+  constexpr std::int64_t kColumns = 8;
+  Eigen::MatrixXd result(matrix.rows(), x.cols());
+  parallel_for(x.cols(), kColumns, [&](std::int64_t begin, std::int64_t end) {
+    result.middleCols(begin, end - begin).noalias() = matrix * x.middleCols(begin, end - begin);
+  });
+  return result;
+}
+
 ShiftInvert::ShiftInvert(Eigen::SparseMatrix<double> stiffness, Eigen::SparseMatrix<double> mass,
                          Eigen::MatrixXd rigid, const JobContext& job)
     : stiffness_(std::move(stiffness)), mass_(std::move(mass)), rigid_(std::move(rigid)) {
@@ -96,11 +106,7 @@ double ShiftInvert::estimate_first_eigenvalue(const JobContext& job) const {
 }
 
 Eigen::MatrixXd ShiftInvert::multiply_mass(const Eigen::MatrixXd& x) const {
-  Eigen::MatrixXd result(x.rows(), x.cols());
-  parallel_for(x.cols(), 8, [&](std::int64_t begin, std::int64_t end) {
-    result.middleCols(begin, end - begin).noalias() = mass_ * x.middleCols(begin, end - begin);
-  });
-  return result;
+  return multiply_columns(mass_, x);
 }
 
 Eigen::MatrixXd ShiftInvert::solve(Eigen::MatrixXd b) const {

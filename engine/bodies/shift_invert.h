@@ -8,6 +8,10 @@
 
 namespace limber::bodies {
 
+/// Matrix times a block, columns in parallel.
+[[nodiscard]] Eigen::MatrixXd multiply_columns(const Eigen::SparseMatrix<double>& matrix,
+                                               const Eigen::MatrixXd& x);
+
 /// The operator whose largest eigenvalues are the smallest of K phi = lambda M phi:
 ///   OP x = P (K + s M)^-1 M x,   eigenvalues 1 / (lambda + s),
 /// with s > 0 a small fraction of the first elastic eigenvalue, so that K + s M is positive

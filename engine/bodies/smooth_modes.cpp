@@ -81,16 +81,6 @@ Eigen::MatrixXd affine_products(const ElasticBody& body, const Eigen::MatrixXd& 
   return fields;
 }
 
-Eigen::MatrixXd multiply_columns(const Eigen::SparseMatrix<double>& matrix,
-                                 const Eigen::MatrixXd& x) {
-  constexpr std::int64_t kColumns = 4;
-  Eigen::MatrixXd result(matrix.rows(), x.cols());
-  parallel_for(x.cols(), kColumns, [&](std::int64_t begin, std::int64_t end) {
-    result.middleCols(begin, end - begin).noalias() = matrix * x.middleCols(begin, end - begin);
-  });
-  return result;
-}
-
 /// A^T B, symmetric in exact arithmetic, by blocks of columns.
 Eigen::MatrixXd symmetric_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   constexpr std::int64_t kColumns = 16;

@@ -169,14 +169,10 @@ void ChangeStream::forget() {
 std::vector<proto::Frames> ChangeStream::encode(const FrameSource& result,
                                                 const std::vector<FrameRange>& ranges,
                                                 std::uint64_t base) const {
-  const std::uint64_t per_frame =
-      std::max<std::uint64_t>(1, result.bytes(proto::ENCODING_COORDINATES, 1));
-  const int step =
-      static_cast<int>(std::clamp<std::uint64_t>(chunk_bytes_ / per_frame, 1, 1u << 30));
   std::vector<FrameRange> chunks;
   for (const FrameRange& range : ranges) {
-    for (int first = range.first; first < end_of(range); first += step)
-      chunks.push_back({first, std::min(step, end_of(range) - first)});
+    const auto parts = chunks_of(result, proto::ENCODING_COORDINATES, range, chunk_bytes_);
+    chunks.insert(chunks.end(), parts.begin(), parts.end());
   }
   if (chunks.empty()) chunks.push_back({0, 0});
   std::vector<proto::Frames> messages;

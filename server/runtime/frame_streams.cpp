@@ -140,31 +140,26 @@ std::vector<FrameRange> FrameStreams::looked_at() {
   return {looked_at_.begin(), looked_at_.end()};
 }
 
+StreamBytes FrameStreams::message_of(proto::Frames frames) const {
+  auto message = stream_message(hub_.run, session_.name, session_.uid);
+  message.mutable_frames()->Swap(&frames);
+  return message.SerializeAsString();
+}
+
 /// Each message continues the one before it: none is replaced.
 void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
   if (changes.empty()) return;
   std::vector<StreamBytes> messages;
-  for (proto::Frames& frames : changes) {
-    auto message = stream_message(hub_.run, session_.name, session_.uid);
-    message.mutable_frames()->Swap(&frames);
-    messages.push_back(message.SerializeAsString());
-    frames.Clear();
-  }
+  for (proto::Frames& frames : changes) messages.push_back(message_of(std::move(frames)));
   hub_.transport.publish(changes_topic_, std::move(messages), TopicSlots::Keep::kOrder);
 }
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
-  const int frames = result.frame_count();
-  const std::uint64_t per_frame = std::max<std::uint64_t>(1, result.bytes(kEncodings[topic], 1));
-  const int step =
-      static_cast<int>(std::clamp<std::uint64_t>(kChunkBytes / per_frame, 1, 1u << 30));
+  const proto::Encoding encoding = kEncodings[topic];
   std::vector<StreamBytes> messages;
-  for (int first = 0; first < frames; first += std::min(step, frames - first)) {
-    auto message = stream_message(hub_.run, session_.name, session_.uid);
-    *message.mutable_frames() =
-        result.encode(kEncodings[topic], {first, std::min(step, frames - first)});
-    messages.push_back(message.SerializeAsString());
-  }
+  for (const FrameRange& chunk :
+       chunks_of(result, encoding, {0, result.frame_count()}, kChunkBytes))
+    messages.push_back(message_of(result.encode(encoding, chunk)));
   hub_.transport.publish(topics_[topic], std::move(messages));
 }
 

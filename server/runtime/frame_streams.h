@@ -36,6 +36,7 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
 
  private:
   static constexpr std::size_t kTopics = 3;
+  [[nodiscard]] StreamBytes message_of(proto::Frames frames) const;
   void publish(std::size_t topic, const FrameSource& result);
   void publish_changes(std::vector<proto::Frames> changes);
   [[nodiscard]] std::shared_ptr<const FrameSource> newest();

@@ -10,6 +10,11 @@
 
 namespace limber::server {
 
+/// Of requests for what comes with the model.
+[[nodiscard]] inline Error model_not_built() {
+  return {ErrorCode::kFailedPrecondition, "session", "the model is not built yet"};
+}
+
 /// A record with its session, and the session's listener.
 /// @tparam Session  cancel(), close()
 /// @tparam Listener  session::Listener of its results, or a subclass

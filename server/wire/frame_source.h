@@ -3,11 +3,18 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "limber/v1/service.pb.h"
 #include "server/wire/frames.h"
 
 namespace limber::server {
+
+class FrameSource;
+
+/// A range in parts of at most so many bytes in this encoding, each of at least one frame.
+[[nodiscard]] std::vector<FrameRange> chunks_of(const FrameSource& source, proto::Encoding encoding,
+                                                FrameRange range, std::uint64_t most_bytes);
 
 /// The frames of one published result of a session of any kind, to be encoded as they are
 /// requested. Immutable, shared between threads.

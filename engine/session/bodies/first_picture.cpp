@@ -57,8 +57,7 @@ std::shared_ptr<BodyResult> FirstPicture::result_of(const spacetime::SolveReport
   result->report.status = spacetime::SolveStatus::kImproved;
   result->report.message = fmt::format(
       "First picture, of {} modes, whose own motions it has with a mean shape error of {:.2g} %: "
-      "the "
-      "model is being built, and may move otherwise.",
+      "the model is being built, and may move otherwise.",
       model_->coordinate_count() - model_->rigid_count, 100 * model_->report.error_mean);
   result->modal = problem_->solver().motion();
   if (!std::isfinite(report.total_energy) || !result->modal.allFinite())

@@ -24,8 +24,7 @@ namespace {
 /// @throws Error{kFailedPrecondition} until the session's model is built
 std::shared_ptr<const session::Geometry> geometry_of(const session::BodySession& session) {
   auto geometry = session.geometry();
-  if (!geometry)
-    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  if (!geometry) throw model_not_built();
   return geometry;
 }
 
@@ -104,8 +103,7 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
   const auto geometry = geometry_of(*session);
   if (request.part() == 0) {
     auto newest = demand_result(false);
-    if (newest->is_first_picture)
-      throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+    if (newest->is_first_picture) throw model_not_built();
     exports_.begin(std::move(newest));
   }
   const auto result = exports_.find(request.part() == 0 ? 0 : request.result_sequence());
@@ -143,8 +141,7 @@ bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
 proto::GetMaterialResponse BodyRecord::material() const {
   const auto session = this->session();
   const auto result = demand_result(false);
-  if (result->is_first_picture)
-    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  if (result->is_first_picture) throw model_not_built();
   proto::GetMaterialResponse response =
       encode_fitted_material(*result, session->dynamics().frames_per_second);
   response.set_variables(encode_variables(session->material_variables()));
@@ -154,8 +151,7 @@ proto::GetMaterialResponse BodyRecord::material() const {
 
 proto::ExplainResponse BodyRecord::explanation() const {
   const auto session = this->session();
-  if (!session->model())
-    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  if (!session->model()) throw model_not_built();
   const auto columns = demand_result(false)->coordinates.rows();
   return explain_body(status(), session->scene(), static_cast<int>(columns));
 }

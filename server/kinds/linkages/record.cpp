@@ -105,15 +105,14 @@ bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
 
 std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {
   auto shape = session()->shape();
-  if (!shape) throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  if (!shape) throw model_not_built();
   return std::make_shared<LinkageFrames>(demand_result(final_only), std::move(shape),
                                          opened_.length_unit);
 }
 
 proto::GetGeometryResponse LinkageRecord::geometry(const proto::GetGeometryRequest&) const {
   const auto geometry = session()->geometry();
-  if (!geometry)
-    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  if (!geometry) throw model_not_built();
   return encode_linkage_geometry(*geometry);
 }
 
