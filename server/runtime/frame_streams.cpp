@@ -150,6 +150,7 @@ StreamBytes FrameStreams::message_of(proto::Frames frames) const {
 void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
   if (changes.empty()) return;
   std::vector<StreamBytes> messages;
+  messages.reserve(changes.size());
   for (proto::Frames& frames : changes) messages.push_back(message_of(std::move(frames)));
   hub_.transport.publish(changes_topic_, std::move(messages), TopicSlots::Keep::kOrder);
 }
