@@ -9,10 +9,10 @@ namespace limber::cli {
 
 /// What `limber export --format` may be.
 inline const std::map<std::string, v1::ExportFormat> kExportFormats = {
-    {"pvd", v1::EXPORT_FORMAT_PVD},        {"pc2", v1::EXPORT_FORMAT_PC2},
-    {"vtp", v1::EXPORT_FORMAT_VTP},        {"obj", v1::EXPORT_FORMAT_OBJ},
-    {"json", v1::EXPORT_FORMAT_JSON},      {"scene", v1::EXPORT_FORMAT_SCENE},
-    {"vtu", v1::EXPORT_FORMAT_VTU},        {"csv", v1::EXPORT_FORMAT_CSV},
-    {"blender", v1::EXPORT_FORMAT_BLENDER}};
+    {"pvd", v1::EXPORT_FORMAT_PVD},         {"pc2", v1::EXPORT_FORMAT_PC2},
+    {"vtp", v1::EXPORT_FORMAT_VTP},         {"obj", v1::EXPORT_FORMAT_OBJ},
+    {"json", v1::EXPORT_FORMAT_JSON},       {"scene", v1::EXPORT_FORMAT_SCENE},
+    {"vtu", v1::EXPORT_FORMAT_VTU},         {"csv", v1::EXPORT_FORMAT_CSV},
+    {"blender", v1::EXPORT_FORMAT_BLENDER}, {"surface", v1::EXPORT_FORMAT_SURFACE}};
 
 }  // namespace limber::cli

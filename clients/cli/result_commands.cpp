@@ -25,7 +25,8 @@ using client::OpenSession;
 const std::map<std::string, v1::Encoding> kEncodings = {
     {"coordinates", v1::ENCODING_COORDINATES},
     {"positions", v1::ENCODING_POSITIONS},
-    {"quantised", v1::ENCODING_POSITIONS_QUANTISED}};
+    {"quantised", v1::ENCODING_POSITIONS_QUANTISED},
+    {"surface", v1::ENCODING_SURFACE}};
 
 struct FramesLine {
   std::string session, out, encoding = "coordinates";

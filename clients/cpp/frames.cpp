@@ -56,7 +56,7 @@ Positions decode(const v1::Frames& frames, const v1::GetGeometryResponse* geomet
   const auto& shape = frames.data().shape();
   if (shape.size() != 3 || shape[2] != 3) throw malformed("positions are not frames x nodes x 3");
   if (frames.encoding() == v1::ENCODING_POSITIONS_QUANTISED) return from_quantised(frames);
-  if (frames.encoding() != v1::ENCODING_POSITIONS)
+  if (frames.encoding() != v1::ENCODING_POSITIONS && frames.encoding() != v1::ENCODING_SURFACE)
     throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "encoding",
                       "frames in the unknown encoding " + std::to_string(frames.encoding()));
   return {shape[0], shape[1], numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, 3, "positions")};

@@ -4,6 +4,7 @@
 
 #include "clients/cpp/beams/files.h"
 #include "clients/cpp/bodies/scene_files.h"
+#include "clients/cpp/bodies/surface_files.h"
 #include "clients/cpp/error.h"
 #include "clients/cpp/linkages/scene_files.h"
 #include "clients/cpp/scene_text.h"
@@ -31,11 +32,13 @@ v1::Scene load_scene(const fs::path& path) {
   put_linkage_bytes(scene, folder);
   put_beam_bytes(scene, folder);
   put_pose_bytes(scene, folder);
+  put_surface_bytes(scene, folder);
   return scene;
 }
 
 fs::path save_scene(v1::Scene scene, const std::string& name, const fs::path& folder) {
   save_mesh(scene, name, folder);
+  save_surface(scene, folder);
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
   options.preserve_proto_field_names = true;

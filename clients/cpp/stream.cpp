@@ -143,6 +143,7 @@ std::string frames_topic(const std::string& session, v1::Encoding encoding) {
   const char* name = "coordinates";
   if (encoding == v1::ENCODING_POSITIONS) name = "positions";
   if (encoding == v1::ENCODING_POSITIONS_QUANTISED) name = "quantised";
+  if (encoding == v1::ENCODING_SURFACE) name = "surface";
   return "session/" + session_name(session) + "/body/0/" + name;
 }
 

@@ -11,6 +11,7 @@
 #include "engine/bodies/tet_mesh.h"
 #include "engine/scene/issue.h"
 #include "engine/scene/simulation.h"
+#include "engine/scene/surface_embedding.h"
 
 namespace limber::scene {
 
@@ -112,6 +113,8 @@ struct Scene {
   /// the rest shape.
   Eigen::MatrixXd base_motion;
   std::optional<Simulation> simulation;  // nothing that editing depends on
+  /// That the body carries along, without effect on it; null: none. Shared, never changed.
+  std::shared_ptr<const DetailedSurface> surface;
 };
 
 /// Of a soft constraint.

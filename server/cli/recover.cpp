@@ -9,11 +9,10 @@
 #include "server/cli/motion_files.h"
 #include "server/cli/print_json.h"
 #include "server/cli/progress_bar.h"
-#include "server/kinds/bodies/base_motions.h"
 #include "server/kinds/bodies/export.h"
 #include "server/kinds/bodies/limits.h"
-#include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/recovery.h"
+#include "server/kinds/bodies/scene_readers.h"
 #include "server/kinds/bodies/scenes.h"
 #include "server/runtime/options.h"
 #include "server/wire/errors.h"
@@ -37,8 +36,7 @@ DecodedScene read_scene(const RecoverOptions& options) {
         static_cast<std::uint32_t>(*options.candidate_modes));
   }
   DecodedScene decoded = decode_scene(message, "", scene_limits(ServiceLimits{}),
-                                      mesh_loader(paths_beside(options.scene)),
-                                      base_motion_reader(paths_beside(options.scene)));
+                                      scene_readers(paths_beside(options.scene)));
   for (const auto& warning : remarks(message, decoded, ""))
     fmt::print(stderr, "warning: {}: {}\n", warning.field(), warning.message());
   return decoded;

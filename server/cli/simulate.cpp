@@ -7,10 +7,9 @@
 #include "server/cli/local_files.h"
 #include "server/cli/motion_files.h"
 #include "server/cli/progress_bar.h"
-#include "server/kinds/bodies/base_motions.h"
 #include "server/kinds/bodies/export.h"
 #include "server/kinds/bodies/limits.h"
-#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/scene_readers.h"
 #include "server/kinds/bodies/scenes.h"
 #include "server/runtime/options.h"
 #include "server/wire/errors.h"
@@ -26,8 +25,7 @@ DecodedScene read_simulated_scene(const fs::path& file) {
   demand_body(message, "");
   message.clear_base_motion();  // what is simulated now
   DecodedScene decoded =
-      decode_scene(message, "", scene_limits(ServiceLimits{}), mesh_loader(paths_beside(file)),
-                   base_motion_reader(paths_beside(file)));
+      decode_scene(message, "", scene_limits(ServiceLimits{}), scene_readers(paths_beside(file)));
   for (const auto& warning : remarks(message, decoded, ""))
     fmt::print(stderr, "warning: {}: {}\n", warning.field(), warning.message());
   return decoded;

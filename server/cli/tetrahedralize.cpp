@@ -25,6 +25,15 @@ std::string mesh_bytes(const fs::path& path, const bodies::TetMesh& mesh) {
   return path.extension() == ".msh" ? scene::write_msh(mesh) : scene::write_vtu(mesh);
 }
 
+/// Beside the mesh, where opening the mesh finds it: STEM.surface.obj.
+void keep_surface(const TetrahedralizeCommand& command) {
+  const std::string ending = scene::surface_ending(command.surface.string());
+  const fs::path kept = fs::path(command.output).replace_extension(".surface" + ending);
+  std::error_code ignored;
+  if (fs::equivalent(kept, command.surface, ignored)) return;
+  write_file(kept, scene::read_bytes(command.surface));
+}
+
 void print_text(const TetrahedralizeCommand& command, const scene::Tetrahedralization& result) {
   fmt::print("{}: {} nodes, {} tets\n", command.output.string(), result.mesh.node_count(),
              result.mesh.tet_count());
@@ -55,6 +64,7 @@ int tetrahedralize_file(const TetrahedralizeCommand& command) {
   }
   for (const auto& text : result.notes) fmt::print(stderr, "warning: {}\n", text);
   write_file(command.output, mesh_bytes(command.output, result.mesh));
+  keep_surface(command);
   if (command.json) {
     print_json(encode_report(result));
   } else {

@@ -14,19 +14,20 @@ namespace {
 /// A message of the stream holds at most so many bytes of frames; longer motions come in several.
 constexpr std::uint64_t kChunkBytes = 64ull << 20;
 
-constexpr std::array<proto::Encoding, 3> kEncodings{
-    proto::ENCODING_COORDINATES, proto::ENCODING_POSITIONS, proto::ENCODING_POSITIONS_QUANTISED};
+constexpr std::array<proto::Encoding, 4> kEncodings{
+    proto::ENCODING_COORDINATES, proto::ENCODING_POSITIONS, proto::ENCODING_POSITIONS_QUANTISED,
+    proto::ENCODING_SURFACE};
 // Spans that clients look at, and frames of each that come first.
 constexpr std::size_t kLookedAt = 8;
 constexpr int kMostLookedAt = 4096;
-constexpr unsigned kCoordinates = 1, kEncoded = 7, kChanges = 8;
+constexpr unsigned kCoordinates = 1, kEncoded = 15, kChanges = 16;
 
 }  // namespace
 
 FrameStreams::FrameStreams(Hub& hub, SessionKey session)
     : hub_(hub), session_(std::move(session)), changes_(kChunkBytes) {
   const std::string base = fmt::format("session/{}/body/0/", session_.name);
-  topics_ = {base + "coordinates", base + "positions", base + "quantised"};
+  topics_ = {base + "coordinates", base + "positions", base + "quantised", base + "surface"};
   changes_topic_ = base + "changes";
 }
 
@@ -157,6 +158,7 @@ void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
   const proto::Encoding encoding = kEncodings[topic];
+  if (encoding == proto::ENCODING_SURFACE && !result.has_surface()) return;
   std::vector<StreamBytes> messages;
   for (const FrameRange& chunk :
        chunks_of(result, encoding, {0, result.frame_count()}, kChunkBytes))

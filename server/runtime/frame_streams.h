@@ -35,7 +35,7 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   void close();
 
  private:
-  static constexpr std::size_t kTopics = 3;
+  static constexpr std::size_t kTopics = 4;
   [[nodiscard]] StreamBytes message_of(proto::Frames frames) const;
   void publish(std::size_t topic, const FrameSource& result);
   void publish_changes(std::vector<proto::Frames> changes);

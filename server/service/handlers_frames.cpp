@@ -20,6 +20,8 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
   const auto frames = sessions_.find(request.session())->frames(request.final_only());
   const FrameRange range =
       frame_range(request.first_frame(), request.frame_count(), frames->frame_count());
+  if (request.encoding() == proto::ENCODING_SURFACE && !frames->has_surface())
+    throw invalid("encoding", "the session's scene names no surface");
   demand_message_room(frames->bytes(request.encoding(), range.count));
   proto::GetFramesResponse response;
   *response.mutable_frames() = frames->encode(request.encoding(), range);

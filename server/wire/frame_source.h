@@ -32,6 +32,8 @@ class FrameSource {
   [[nodiscard]] virtual const Eigen::MatrixXf* coordinates() const { return nullptr; }
   /// Of that basis.
   [[nodiscard]] virtual std::string basis_hash() const { return {}; }
+  /// Whether ENCODING_SURFACE can be requested.
+  [[nodiscard]] virtual bool has_surface() const { return false; }
   /// Of so many frames, without the envelope.
   [[nodiscard]] virtual std::uint64_t bytes(proto::Encoding encoding, int count) const = 0;
   /// With the result that they are of. ENCODING_UNSPECIFIED is COORDINATES.

@@ -10,6 +10,7 @@
 #include "clients/cli/jobs.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/bodies/plain_files.h"
+#include "clients/cpp/bodies/surface_files.h"
 #include "clients/cpp/files.h"
 #include "clients/cpp/scene_files.h"
 #include "clients/cpp/server.h"
@@ -70,8 +71,10 @@ v1::Scene fill_surface(Context& context, const std::string& surface, const Filli
     v1::GetJobResponse filled = tets_within(context, surface, filling, wait_s);
     for (const auto& issue : filled.issues()) fmt::print(stderr, "{}\n", describe(issue));
     print_distance(filled.tetrahedralization());
-    return client::scene_of_tets(std::filesystem::path(surface).stem().string(),
-                                 std::move(*filled.mutable_mesh()));
+    v1::Scene scene = client::scene_of_tets(std::filesystem::path(surface).stem().string(),
+                                            std::move(*filled.mutable_mesh()));
+    *scene.mutable_surface()->mutable_file() = client::surface_file(surface, "scene");
+    return scene;
   } catch (const client::Unreachable&) {
     throw;
   } catch (const ClientError& error) {

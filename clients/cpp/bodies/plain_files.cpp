@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "clients/cpp/bodies/surface_files.h"
 #include "clients/cpp/files.h"
 #include "clients/cpp/material_words.h"
 
@@ -22,6 +23,8 @@ v1::Scene plain_scene(const std::string& name) {
 v1::Scene scene_of_tets(const std::filesystem::path& path) {
   v1::Scene scene = plain_scene(path.stem().string());
   *scene.mutable_mesh()->mutable_file() = mesh_file(path);
+  if (const auto surface = surface_beside(path))
+    *scene.mutable_surface()->mutable_file() = surface_file(*surface, "surface.path");
   return scene;
 }
 

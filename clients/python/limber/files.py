@@ -36,6 +36,24 @@ def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.Pat
     return message
 
 
+def surface_file(path: "str | os.PathLike[str]", *, field: str = "surface.path") -> "messages.MeshFile":
+    """A surface file's bytes for upload (.obj, .ply, .stl), with the .mtl files that it names, as far as they are there."""
+    path = checks.path(path, field)
+    message = messages.MeshFile(name=path.name, content=read(path, field))
+    if path.suffix.lower() == ".obj":
+        for name in re.findall(rb"(?m)^mtllib[ \t]+([^\r\n]+?)[ \t]*\r?$", message.content):
+            beside = path.parent / Path(os.fsdecode(name)).name
+            if beside.is_file():
+                message.companions[beside.name] = read(beside, field)
+    return message
+
+
+def surface_beside(mesh: Path) -> Path | None:
+    """The surface that is kept beside a mesh: STEM.surface.obj, .ply or .stl."""
+    beside = (mesh.with_suffix(f".surface{ending}") for ending in (".obj", ".ply", ".stl"))
+    return next((file for file in beside if file.is_file()), None)
+
+
 def read(path: Path, field: str) -> bytes:
     """The bytes of a regular file; of a pipe nobody is waited for."""
     try:

@@ -15,6 +15,7 @@ ENCODINGS = {
     "coordinates": service.ENCODING_COORDINATES,
     "positions": service.ENCODING_POSITIONS,
     "quantised": service.ENCODING_POSITIONS_QUANTISED,
+    "surface": service.ENCODING_SURFACE,
 }
 
 
@@ -136,7 +137,7 @@ def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:
         return geometry.positions(data)
     if data.ndim != 3 or data.shape[2] != 3:
         raise LimberError("MALFORMED", f"positions have the shape {data.shape}")
-    if frames.encoding == service.ENCODING_POSITIONS:
+    if frames.encoding in (service.ENCODING_POSITIONS, service.ENCODING_SURFACE):
         return np.array(data, dtype=np.float32)
     if frames.encoding == service.ENCODING_POSITIONS_QUANTISED:
         origin = np.array([frames.origin.x, frames.origin.y, frames.origin.z])

@@ -42,8 +42,12 @@ TriangleSurface SurfaceBuilder::finish(const TextCursor& file) {
 
 }  // namespace formats
 
+std::string surface_ending(const std::string& name) {
+  return formats::to_lower(std::filesystem::path(name).extension().string());
+}
+
 TriangleSurface read_surface(const std::string& name, std::string_view content) {
-  const std::string ending = formats::to_lower(std::filesystem::path(name).extension().string());
+  const std::string ending = surface_ending(name);
   if (content.substr(0, 3) == "\xEF\xBB\xBF") content.remove_prefix(3);  // byte order mark
   formats::TextCursor file(name, content);
   if (ending == ".obj") return formats::read_obj(file);

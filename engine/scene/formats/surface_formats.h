@@ -18,6 +18,9 @@ namespace limber::scene {
 /// @throws Error{kIo} also
 [[nodiscard]] TriangleSurface read_surface_file(const std::filesystem::path& path);
 
+/// With its dot, in lower case.
+[[nodiscard]] std::string surface_ending(const std::string& name);
+
 /// Wavefront .obj text of a surface, vertices in their order (so that a .pc2 of the same nodes
 /// fits), numbers that read back to the same float64.
 [[nodiscard]] std::string write_obj(const Eigen::Matrix3Xd& vertices,

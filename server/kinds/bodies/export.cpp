@@ -22,6 +22,8 @@ namespace {
 constexpr std::size_t kPc2Header = 32,
                       kPc2SampleCount = 28;  // bytes; offset of the number of samples
 
+bool is_obj(const std::string& name) { return scene::surface_ending(name) == ".obj"; }
+
 /// Nodes of the surface, ascending.
 std::vector<int> surface_nodes(const session::Geometry& geometry) {
   std::vector<int> nodes(geometry.surface.data(),
@@ -72,19 +74,22 @@ void demand_body_format(proto::ExportFormat format) {
     case proto::EXPORT_FORMAT_PC2:
     case proto::EXPORT_FORMAT_BLENDER:
     case proto::EXPORT_FORMAT_SCENE:
+    case proto::EXPORT_FORMAT_SURFACE:
       return;
     case proto::EXPORT_FORMAT_UNSPECIFIED:
       throw invalid("format", "unspecified");
     default:
-      throw invalid("format", "an elastic body is exported as PVD, PC2, BLENDER or SCENE");
+      throw invalid("format", "an elastic body is exported as PVD, PC2, BLENDER, SURFACE or SCENE");
   }
 }
 
 int MotionExport::frames_per_part(proto::ExportFormat format) const {
   const auto nodes = static_cast<std::uint64_t>(geometry->rest.cols());
   const auto tets = static_cast<std::uint64_t>(geometry->tets.cols());
-  const std::uint64_t per_frame =
-      format == proto::EXPORT_FORMAT_PVD ? 24 * nodes + 40 * tets + 2000 : 12 * nodes;
+  const std::uint64_t per_frame = format == proto::EXPORT_FORMAT_PVD ? 24 * nodes + 40 * tets + 2000
+                                  : format == proto::EXPORT_FORMAT_SURFACE && surface
+                                      ? 12 * static_cast<std::uint64_t>(surface->vertex_count())
+                                      : 12 * nodes;
   return static_cast<int>(
       std::clamp<std::uint64_t>(kPartBytes / std::max<std::uint64_t>(1, per_frame), 1, 1u << 20));
 }
@@ -109,6 +114,8 @@ proto::ExportResponse MotionExport::part(proto::ExportFormat format, std::uint32
     add_pc2(first, count, response);
   } else if (format == proto::EXPORT_FORMAT_BLENDER) {
     add_surface(first, count, response);
+  } else if (format == proto::EXPORT_FORMAT_SURFACE) {
+    add_detail(first, count, response);
   } else {
     add_pvd(first, count, response);
   }
@@ -162,6 +169,21 @@ void MotionExport::add_surface(int first, int count, proto::ExportResponse& resp
   add_cache(name + ".pc2", std::move(own), first, response);
 }
 
+void MotionExport::add_detail(int first, int count, proto::ExportResponse& response) const {
+  const scene::DetailedSurface& detailed = *surface->detailed;
+  const std::string name = stem + "_detail";
+  if (first == 0) {
+    add_file(response, name + ".obj",
+             is_obj(detailed.name)
+                 ? detailed.content
+                 : scene::write_obj(detailed.surface.vertices, detailed.surface.triangles));
+    for (const auto& [companion, content] : detailed.companions)
+      add_file(response, companion, content);
+  }
+  add_cache(name + ".pc2", scene::embedded_positions(surface->embedding, positions(first, count)),
+            first, response);
+}
+
 /// The header says how many samples there are in all; parts after the first are bytes to append.
 void MotionExport::add_cache(const std::string& name, Eigen::MatrixXf samples, int first,
                              proto::ExportResponse& response) const {
@@ -177,6 +199,18 @@ void MotionExport::add_cache(const std::string& name, Eigen::MatrixXf samples, i
   }
 }
 
+namespace {
+/// The file as it was given, under a name that no other export of this stem has.
+void add_surface_of(const scene::DetailedSurface& surface, const std::string& stem,
+                    proto::Scene& message, proto::ExportResponse& response) {
+  const std::string name = stem + "_surface_given" + scene::surface_ending(surface.name);
+  message.mutable_surface()->set_path(name);
+  add_file(response, name, surface.content);
+  for (const auto& [companion, content] : surface.companions)
+    add_file(response, companion, content);
+}
+}  // namespace
+
 proto::ExportResponse export_scene(const scene::Scene& scene, const std::string& stem) {
   proto::Scene message = encode_scene(scene);
   encode_poses(scene, message);
@@ -187,6 +221,7 @@ proto::ExportResponse export_scene(const scene::Scene& scene, const std::string&
   if (has_base) message.mutable_base_motion()->set_path(base);
   proto::ExportResponse response;
   response.set_part_count(1);
+  if (scene.surface) add_surface_of(*scene.surface, stem, message, response);
   add_file(response, stem + ".json", scene_to_json(message));
   add_file(response, stem + ".vtu", scene::write_vtu(scene.mesh));
   if (has_base) {

@@ -7,6 +7,7 @@
 
 #include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
+#include "server/kinds/bodies/carried_surface.h"
 #include "server/runtime/job_motion.h"
 
 namespace limber::server {
@@ -31,6 +32,7 @@ struct MotionExport {
   std::function<Eigen::MatrixXd(int first, int count)> positions;
   std::string stem;
   double frames_per_second = 30;
+  std::shared_ptr<const CarriedSurface> surface = {};  // null: none
 
   [[nodiscard]] std::uint32_t part_count(proto::ExportFormat format) const;
   /// @throws Refusal OUT_OF_RANGE naming `part`
@@ -41,6 +43,7 @@ struct MotionExport {
   void add_pvd(int first, int count, proto::ExportResponse& response) const;
   void add_pc2(int first, int count, proto::ExportResponse& response) const;
   void add_surface(int first, int count, proto::ExportResponse& response) const;
+  void add_detail(int first, int count, proto::ExportResponse& response) const;
   void add_cache(const std::string& name, Eigen::MatrixXf positions, int first,
                  proto::ExportResponse& response) const;
 };

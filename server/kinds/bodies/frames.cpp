@@ -26,9 +26,11 @@ FrameRange frame_range(std::uint32_t first, std::uint32_t count,
 }
 
 std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::BodyResult& result,
-                           const session::Geometry& geometry) {
+                           const session::Geometry& geometry, const CarriedSurface* surface) {
   const auto frames = static_cast<std::uint64_t>(count);
   const auto values = static_cast<std::uint64_t>(geometry.basis.rows());
+  if (encoding == proto::ENCODING_SURFACE && surface != nullptr)
+    return frames * static_cast<std::uint64_t>(surface->vertex_count()) * 3 * sizeof(float);
   if (encoding == proto::ENCODING_POSITIONS) return frames * values * sizeof(float);
   if (encoding == proto::ENCODING_POSITIONS_QUANTISED)
     return frames * values * sizeof(std::uint16_t);
@@ -36,11 +38,16 @@ std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::B
 }
 
 proto::Frames encode_frames(const session::BodyResult& result, const session::Geometry& geometry,
-                            proto::Encoding encoding, FrameRange range, double length_unit) {
+                            proto::Encoding encoding, FrameRange range, double length_unit,
+                            const CarriedSurface* surface) {
   proto::Frames frames = frames_of(encode_result(result, length_unit), encoding,
                                    {result.first_frame + range.first, range.count});
   frames.set_basis_hash(geometry.basis_hash);
-  if (is_of_positions(encoding)) {
+  if (encoding == proto::ENCODING_SURFACE && surface != nullptr) {
+    set_positions(scene::embedded_positions(surface->embedding,
+                                            positions_of(result, geometry, range).cast<double>()),
+                  encoding, frames);
+  } else if (is_of_positions(encoding)) {
     set_positions(positions_of(result, geometry, range), encoding, frames);
   } else {
     set_coordinates(result.coordinates.middleCols(range.first, range.count), frames);

@@ -5,14 +5,15 @@
 #include <utility>
 
 #include "engine/scene/samples/samples.h"
-#include "server/kinds/bodies/base_motions.h"
+#include "server/kinds/bodies/carried_surface.h"
 #include "server/kinds/bodies/limits.h"
 #include "server/kinds/bodies/memory_estimate.h"
-#include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/record.h"
 #include "server/kinds/bodies/requests.h"
+#include "server/kinds/bodies/scene_readers.h"
 #include "server/kinds/bodies/scenes.h"
 #include "server/wire/fields.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 namespace {
@@ -34,6 +35,7 @@ BodyRecord::Opened describe_body(const proto::Scene& message, const scene::Scene
       estimate_keyframe_bytes(keyframes, opened.keyframe_rows, constraints, opened.lanes) -
       estimate_pose_bytes(keyframes, opened.nodes);
   opened.resolve = resolve;
+  opened.surface = carry_surface(scene);
   return opened;
 }
 
@@ -45,6 +47,7 @@ class BodyOpening final : public Opening {
     remarks_ = server::remarks(message, decoded_, "scene.");
     demand_memory(decoded_.scene, scene_limits(context.limits));
     opened_ = describe_body(message, decoded_.scene, context.resolve);
+    if (opened_.surface) add_remarks(*opened_.surface);
   }
 
   [[nodiscard]] std::string size() const override {
@@ -70,6 +73,11 @@ class BodyOpening final : public Opening {
   }
 
  private:
+  void add_remarks(const CarriedSurface& surface) {
+    for (const auto& text : remarks_on(surface))
+      remarks_.push_back(encode_warning("scene.surface", text));
+  }
+
   std::shared_ptr<session::ModelCache> cache_;
   DecodedScene decoded_;
   std::vector<proto::Issue> remarks_;
@@ -92,8 +100,7 @@ class BodyKind final : public Kind {
                                                    const std::string& prefix,
                                                    const SceneContext& context) const override {
     return scene_issues(scene, prefix, scene_limits(context.limits),
-                        mesh_loader(context.resolve, mesh_read_limits(context.limits)),
-                        base_motion_reader(context.resolve));
+                        scene_readers(context.resolve, mesh_read_limits(context.limits)));
   }
   [[nodiscard]] std::vector<std::string> sample_names() const override {
     return scene::sample_names();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/spacetime/material_solver.h"
+#include "server/kinds/bodies/carried_surface.h"
 
 namespace limber::server {
 
@@ -28,6 +29,7 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
   numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
   return static_cast<std::uint64_t>(numbers * sizeof(double)) +
+         (scene.surface ? estimate_surface_bytes(*scene.surface) : 0) +
          estimate_constraint_bytes(constraints_of(scene), scene.model.mode_count) +
          estimate_keyframe_bytes(scene.keyframes.size(), keyframe_rows(scene),
                                  constraints_of(scene), scene.model.mode_count) +

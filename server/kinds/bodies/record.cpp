@@ -45,9 +45,14 @@ void BodyRecord::adopt_model() {
     geometry_ = geometry;  // results that come from now on find it
     newest = newest_;
   }
-  if (newest && geometry)
-    streams_->note(
-        std::make_shared<BodyFrames>(newest, newest->shown->geometry, opened_.length_unit));
+  if (newest && geometry) streams_->note(frames_of(newest));
+}
+
+std::shared_ptr<BodyFrames> BodyRecord::frames_of(
+    std::shared_ptr<const session::BodyResult> result) const {
+  auto geometry = result->shown->geometry;
+  return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit,
+                                      opened_.surface);
 }
 
 void BodyRecord::add_scene(const proto::GetSessionRequest& request,
@@ -74,9 +79,7 @@ void BodyRecord::add_scene(const proto::GetSessionRequest& request,
 
 std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
   (void)geometry_of(*session());
-  auto result = demand_result(final_only);
-  auto geometry = result->shown->geometry;
-  return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
+  return frames_of(demand_result(final_only));
 }
 
 proto::GetGeometryResponse BodyRecord::geometry(const proto::GetGeometryRequest& request) const {
@@ -88,7 +91,10 @@ proto::GetGeometryResponse BodyRecord::geometry(const proto::GetGeometryRequest&
       throw Error(ErrorCode::kNotFound, "basis_hash",
                   "the session has no such basis any more: fetch newer frames");
   }
-  return encode_geometry(*geometry, request.known_basis_hash());
+  auto response = encode_geometry(*geometry, request.known_basis_hash());
+  if (request.with_surface() && opened_.surface)
+    *response.mutable_carried_surface() = encode_carried_surface(*opened_.surface);
+  return response;
 }
 
 proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& request) {
@@ -101,6 +107,8 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
     return export_scene(session->scene(), stem);
   }
   const auto geometry = geometry_of(*session);
+  const bool is_of_surface = request.format() == proto::EXPORT_FORMAT_SURFACE;
+  if (is_of_surface && !opened_.surface) throw invalid("format", kNoSurface);
   if (request.part() == 0) {
     auto newest = demand_result(false);
     if (newest->is_first_picture) throw model_not_built();
@@ -112,8 +120,8 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
     return session->positions(*result, first, count);
   };
   const int frames = static_cast<int>(result->coordinates.cols());
-  auto response =
-      MotionExport{geometry, frames, positions, stem, fps}.part(request.format(), request.part());
+  auto response = MotionExport{geometry, frames, positions, stem, fps, opened_.surface}.part(
+      request.format(), request.part());
   *response.mutable_result() = encode_result(*result, opened_.length_unit);
   return response;
 }
@@ -251,7 +259,7 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
       [&]() -> std::shared_ptr<const FrameSource> {
         newest_ = result;
         if (!geometry_ && !result->is_first_picture) return nullptr;
-        return std::make_shared<BodyFrames>(result, result->shown->geometry, opened_.length_unit);
+        return frames_of(result);
       },
       result->check == session::Check::kPending ? ResultWaiters::Check::kPending
                                                 : ResultWaiters::Check::kDone);
@@ -261,9 +269,7 @@ void BodyRecord::on_early_frames(
     const std::vector<std::shared_ptr<const session::BodyResult>>& parts) {
   std::vector<std::shared_ptr<const FrameSource>> frames;
   frames.reserve(parts.size());
-  for (const auto& part : parts)
-    frames.push_back(
-        std::make_shared<BodyFrames>(part, part->shown->geometry, opened_.length_unit));
+  for (const auto& part : parts) frames.push_back(frames_of(part));
   streams_->note_early(frames);
 }
 

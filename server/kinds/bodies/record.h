@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "engine/session/bodies/session.h"
+#include "server/kinds/bodies/carried_surface.h"
+#include "server/kinds/bodies/frames.h"
 #include "server/runtime/export_book.h"
 #include "server/runtime/session_record.h"
 #include "server/wire/paths.h"
@@ -25,6 +27,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
     int keyframe_rows = 0;      // of the solver, at most
     std::uint64_t bytes = 0;    // estimated memory without constraints and keyframes
     PathResolver resolve = {};  // of files that poses of edits name
+    std::shared_ptr<const CarriedSurface> surface = {};  // null: none
   };
   BodyRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job);
 
@@ -52,6 +55,8 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
       const std::vector<std::shared_ptr<const session::BodyResult>>& parts) override;
 
  private:
+  [[nodiscard]] std::shared_ptr<BodyFrames> frames_of(
+      std::shared_ptr<const session::BodyResult> result) const;
   void describe(proto::SessionStatus& status) const override;
   void adopt_model() override;
   void take_ended_jobs(std::vector<JobId>& jobs) override;

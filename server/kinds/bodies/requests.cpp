@@ -4,12 +4,11 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "engine/session/bodies/recovery.h"
 #include "engine/session/bodies/simulation.h"
-#include "server/kinds/bodies/base_motions.h"
 #include "server/kinds/bodies/export.h"
 #include "server/kinds/bodies/limits.h"
 #include "server/kinds/bodies/memory_estimate.h"
-#include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/recovery.h"
+#include "server/kinds/bodies/scene_readers.h"
 #include "server/kinds/bodies/scenes.h"
 #include "server/kinds/bodies/simulation.h"
 #include "server/kinds/bodies/tetrahedralization.h"
@@ -122,8 +121,7 @@ proto::RecoverResponse recover(const proto::RecoverRequest& request, Hub& hub,
 DecodedScene decode_body(const proto::Scene& message, const std::string& prefix,
                          const SceneContext& context) {
   return decode_scene(message, prefix, scene_limits(context.limits),
-                      mesh_loader(context.resolve, mesh_read_limits(context.limits)),
-                      base_motion_reader(context.resolve));
+                      scene_readers(context.resolve, mesh_read_limits(context.limits)));
 }
 
 bool answer_body_request(const proto::Request& request, proto::Reply& reply, Hub& hub,

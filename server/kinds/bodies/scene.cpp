@@ -253,15 +253,13 @@ proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
 }
 
 DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
-                          const SceneLimits& limits, const MeshLoader& load_mesh,
-                          const MotionReader& read_motion) {
+                          const SceneLimits& limits, const SceneReaders& readers) {
   Faults faults(Faults::Mode::kThrow);
-  return decode_scene(message, prefix, limits, load_mesh, read_motion, faults);
+  return decode_scene(message, prefix, limits, readers, faults);
 }
 
 DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
-                          const SceneLimits& limits, const MeshLoader& load_mesh,
-                          const MotionReader& read_motion, Faults& faults) {
+                          const SceneLimits& limits, const SceneReaders& readers, Faults& faults) {
   DecodedScene decoded;
   scene::Scene& scene = decoded.scene;
   faults.try_to([&] { check_frames(message, prefix, limits); });
@@ -304,7 +302,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
         message.constraints(i), fmt::format("{}constraints[{}]", prefix, i), faults));
   }
   faults.try_to([&] {
-    LoadedMesh loaded = load_within(message.mesh(), prefix + "mesh", limits, load_mesh);
+    LoadedMesh loaded = load_within(message.mesh(), prefix + "mesh", limits, readers.mesh);
     scene.mesh = std::move(loaded.mesh);
     decoded.mesh_warnings = std::move(loaded.warnings);
     warn_of_unused_material(message, decoded);
@@ -312,13 +310,19 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
   apply_groups(message, prefix, scene.material, scene.mesh, faults);
   faults.try_to([&] {
     scene.base_motion =
-        decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_motion);
+        decode_base_motion(message.base_motion(), prefix + "base_motion", scene, readers.motion);
   });
   const bool few_poses = faults.try_to([&] { check_keyframes(message, prefix); });
   for (int i = 0; few_poses && i < message.keyframes_size(); ++i) {
     scene.keyframes.push_back(decode_keyframe(message.keyframes(i),
                                               fmt::format("{}keyframes[{}]", prefix, i),
-                                              scene.mesh.nodes, load_mesh, faults));
+                                              scene.mesh.nodes, readers.mesh, faults));
+  }
+  if (message.has_surface()) {
+    faults.try_to([&] {
+      scene.surface = std::make_shared<const scene::DetailedSurface>(
+          readers.surface(message.surface(), prefix + "surface"));
+    });
   }
   if (message.has_simulation()) {
     scene.simulation = decode_simulation(message.simulation(), prefix + "simulation",

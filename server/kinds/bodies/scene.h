@@ -32,6 +32,17 @@ using MeshLoader =
 using MotionReader = std::function<Eigen::MatrixXd(const proto::BaseMotion& motion,
                                                    const std::string& field, int nodes)>;
 
+/// Reads the surface that a scene names. `field` is its path for errors.
+using SurfaceReader = std::function<scene::DetailedSurface(const proto::SurfaceSource& source,
+                                                           const std::string& field)>;
+
+/// How what a scene names is read.
+struct SceneReaders {
+  MeshLoader mesh;
+  MotionReader motion;
+  SurfaceReader surface;
+};
+
 struct DecodedScene {
   scene::Scene scene;
   std::vector<std::string> mesh_warnings;
@@ -44,13 +55,12 @@ struct DecodedScene {
 /// @param prefix  path of the message, "scene." or empty
 /// @throws Refusal or Error with a path below `prefix`
 [[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
-                                        const SceneLimits& limits, const MeshLoader& load_mesh,
-                                        const MotionReader& read_motion);
+                                        const SceneLimits& limits, const SceneReaders& readers);
 /// The same; where `faults` collects, what could not be read has a default in its place. A mesh
 /// that could not be read has no nodes, and what depends on it is not compared with it.
 [[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
-                                        const SceneLimits& limits, const MeshLoader& load_mesh,
-                                        const MotionReader& read_motion, Faults& faults);
+                                        const SceneLimits& limits, const SceneReaders& readers,
+                                        Faults& faults);
 
 /// Where a mesh comes as arrays. @throws Refusal
 [[nodiscard]] bodies::TetMesh decode_mesh(const proto::MeshArrays& message,

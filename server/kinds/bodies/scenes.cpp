@@ -70,10 +70,9 @@ std::vector<proto::Issue> remarks(const proto::Scene& message, const DecodedScen
 }
 
 std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::string& prefix,
-                                       const SceneLimits& limits, const MeshLoader& load_mesh,
-                                       const MotionReader& read_motion) {
+                                       const SceneLimits& limits, const SceneReaders& readers) {
   Faults faults(Faults::Mode::kCollect);
-  const DecodedScene decoded = decode_scene(scene, prefix, limits, load_mesh, read_motion, faults);
+  const DecodedScene decoded = decode_scene(scene, prefix, limits, readers, faults);
   std::vector<proto::Issue> issues;
   std::set<std::string> complained;  // one complaint about a field is enough
   for (const auto& fault : faults.found()) {

@@ -22,8 +22,7 @@ void demand_memory(const scene::Scene& scene, const SceneLimits& limits);
 [[nodiscard]] std::vector<proto::Issue> scene_issues(const proto::Scene& scene,
                                                      const std::string& prefix,
                                                      const SceneLimits& limits,
-                                                     const MeshLoader& load_mesh,
-                                                     const MotionReader& read_motion);
+                                                     const SceneReaders& readers);
 /// Warnings of a scene that can be opened, fields below `prefix`.
 /// @throws Error the first thing that is wrong with it
 [[nodiscard]] std::vector<proto::Issue> remarks(const proto::Scene& message,

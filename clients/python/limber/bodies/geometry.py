@@ -13,6 +13,34 @@ from ..results import issue_text
 
 
 @dataclass(frozen=True)
+class CarriedSurface:
+    """A surface of its own vertices that a body carries along."""
+
+    name: str               # of its file
+    vertices: np.ndarray    # at rest, vertices x 3, float32 [length unit], in the file's order
+    triangles: np.ndarray   # triangles x 3, int32; polygons are fanned
+    nodes: np.ndarray       # vertices x 4, int32: corners of the tet that holds the vertex, or is nearest
+    weights: np.ndarray     # vertices x 4, float32; each row's sum is 1
+    outside_count: int      # vertices outside the mesh
+    outside_distance: float  # largest distance of one from the mesh [length unit]
+
+    @staticmethod
+    def from_message(message: "service.CarriedSurface") -> "CarriedSurface":
+        return CarriedSurface(
+            message.name, arrays.to_numpy(message.vertices, "vertices"), arrays.to_numpy(message.triangles, "triangles"),
+            arrays.to_numpy(message.nodes, "nodes"), arrays.to_numpy(message.weights, "weights"), message.outside_count,
+            message.outside_distance)
+
+    def positions(self, nodes: np.ndarray) -> np.ndarray:
+        """frames x vertices x 3 float32 from frames x nodes x 3, as Session.frames() has them."""
+        nodes = np.asarray(nodes, dtype=np.float32)
+        moved = np.zeros((len(nodes), *self.vertices.shape), dtype=np.float32)
+        for corner in range(4):
+            moved += self.weights[:, corner, None] * nodes[:, self.nodes[:, corner]]
+        return moved
+
+
+@dataclass(frozen=True)
 class Geometry:
     """The mesh as it was sent and the basis of its motion: positions = rest + basis . coordinates."""
 

@@ -51,7 +51,7 @@ class Bodies(kind.Kind):
             if not advice:
                 raise
             raise LimberError(error.code, f"{error.message}; {advice}", error.field, error.details) from error
-        return scenes.scene_from_arrays(filled.nodes, filled.tets, name=path.stem)
+        return scenes.scene_from_arrays(filled.nodes, filled.tets, name=path.stem, surface=path)
 
     def describe_defaults(self, scene: "messages.Scene") -> str:
         return (f"an elastic body of which nothing is fixed, {scene.frames} frames at "

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import arrays, checks
 from ..errors import LimberError, invalid
-from ..files import mesh_file
+from ..files import mesh_file, surface_beside, surface_file
 from ..messages import scene as messages
 from . import edits, motions
 
@@ -24,16 +24,22 @@ def upload_files(scene: "messages.Scene", folder: Path) -> None:
         scene.base_motion.CopyFrom(motions.with_bytes(scene.base_motion, folder))
     if scene.mesh.WhichOneof("source") == "path":
         scene.mesh.file.CopyFrom(mesh_file(folder / scene.mesh.path))
+    if scene.surface.WhichOneof("source") == "path":
+        scene.surface.file.CopyFrom(surface_file(folder / scene.surface.path))
 
 
 def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
     """A scene from a meshio.Mesh (its tetrahedra; other cells are left out) or the path of a mesh file.
 
-    The options are those of scene_from_arrays. A path is sent as it is and read by the server.
+    The options are those of scene_from_arrays. A path is sent as it is and read by the server, with the surface that is
+    kept beside it, STEM.surface.obj, .ply or .stl.
     """
     if isinstance(mesh, (str, os.PathLike)):
         scene = _scene(**options)
         scene.mesh.file.CopyFrom(mesh_file(mesh))
+        beside = surface_beside(Path(mesh))
+        if beside and not scene.HasField("surface"):
+            scene.surface.file.CopyFrom(surface_file(beside))
         scene.name = scene.name or Path(mesh).stem
         return scene
     if not hasattr(mesh, "cells") or not hasattr(mesh, "points"):
@@ -54,7 +60,8 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     damping_ratio, constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
     candidate_modes, column_weight, max_frequency_hz and slow_steps (bounds of fitted frequencies), base_motion
     (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame), keyframes
-    (a list of limber.keyframe()), simulation (of limber.simulation()).
+    (a list of limber.keyframe()), simulation (of limber.simulation()), surface (path of an .obj, .ply or .stl that the body
+    carries along with its own vertices).
     """
     nodes = checks.numeric(nodes, "mesh.arrays.nodes")
     tets = checks.numeric(tets, "mesh.arrays.tets")
@@ -75,7 +82,8 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, optimise: str = "motion",
-           simulation: "messages.Simulation | None" = None, keyframes: "Iterable[messages.Keyframe]" = (),
+           simulation: "messages.Simulation | None" = None, surface: Any = None,
+           keyframes: "Iterable[messages.Keyframe]" = (),
            **values: float) -> "messages.Scene":
     scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
                            fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
@@ -94,6 +102,8 @@ def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = ()
     if base_motion is not None:
         scene.base_motion.CopyFrom(motions.base_motion(base_motion))
     scene.keyframes.extend(checks.several(keyframes, "keyframes"))
+    if surface is not None:
+        scene.surface.file.CopyFrom(surface_file(surface))
     if simulation is not None:
         scene.simulation.CopyFrom(simulation)
     return scene

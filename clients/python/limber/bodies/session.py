@@ -13,7 +13,7 @@ from ..messages import scene as scenes, service
 from ..open_session import OpenSession, Receipt
 from ..results import Result
 from . import edits
-from .geometry import Geometry
+from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
 from .material import Material
 
@@ -90,7 +90,7 @@ class Session(OpenSession):
     """A session of an elastic body. Made by Server.open() or Server.session(); several may name the same session."""
 
     FORMATS = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2,
-               "blender": service.EXPORT_FORMAT_BLENDER, "scene": service.EXPORT_FORMAT_SCENE}
+               "blender": service.EXPORT_FORMAT_BLENDER, "surface": service.EXPORT_FORMAT_SURFACE, "scene": service.EXPORT_FORMAT_SCENE}
     DEFAULT_FORMATS = ("pvd", "blender")
 
     def scene(self) -> "scenes.Scene":
@@ -116,6 +116,8 @@ class Session(OpenSession):
         if not self._is_accuracy_reported:  # opened without waiting
             self.warn_of_accuracy(self.status(), stacklevel=2)
         return result
+
+    _carried_surface: CarriedSurface | None = None
 
     # ---- edits ----
 
@@ -223,6 +225,17 @@ class Session(OpenSession):
             return None
         cached = self.server.geometry_cache.get(frames.basis_hash)
         return cached[1] if cached else self.geometry(frames.basis_hash)
+
+    def carried_surface(self) -> CarriedSurface:
+        """The surface that the scene names, and how its vertices hang on the nodes. raises LimberError: there is none."""
+        if self._carried_surface is None:
+            known = self.geometry().basis_hash
+            request = service.GetGeometryRequest(session=self.reference, known_basis_hash=known, with_surface=True)
+            message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
+            if not message.HasField("carried_surface"):
+                raise LimberError("FAILED_PRECONDITION", "the session's scene names no surface", "surface")
+            self._carried_surface = CarriedSurface.from_message(message.carried_surface)
+        return self._carried_surface
 
     # ---- control ----
 

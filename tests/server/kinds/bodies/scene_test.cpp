@@ -22,10 +22,14 @@ LoadedMesh no_loader(const proto::MeshSource& /*source*/, const std::string& fie
 }
 
 DecodedScene decode_without_files(const proto::Scene& scene, const SceneLimits& limits = {}) {
-  return decode_scene(scene, "scene.", limits, no_loader,
-                      [](const auto&, const std::string& field, int) -> Eigen::MatrixXd {
-                        throw invalid(field, "no reader");
-                      });
+  const SceneReaders readers{no_loader,
+                             [](const auto&, const std::string& field, int) -> Eigen::MatrixXd {
+                               throw invalid(field, "no reader");
+                             },
+                             [](const auto&, const std::string& field) -> scene::DetailedSurface {
+                               throw invalid(field, "no reader");
+                             }};
+  return decode_scene(scene, "scene.", limits, readers);
 }
 
 Refusal refusal_of(const std::function<void()>& decode_it) {

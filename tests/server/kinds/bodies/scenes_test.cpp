@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/scene_readers.h"
 #include "server/runtime/file_roots.h"
 #include "tests/server/support/running_server.h"
 
@@ -197,10 +198,7 @@ TEST(ServerSceneFiles, WeightsSayHowToHoldExactly) {
   for (const double weight : {-1.0, 1e-40, 1e13}) {
     proto::Scene scene = small_scene();
     scene.mutable_constraints(0)->set_weight(weight);
-    const auto issues = scene_issues(scene, "", {}, mesh_loader(FileRoots({}).resolver()),
-                                     [](const auto&, const auto& field, int) -> Eigen::MatrixXd {
-                                       throw invalid(field, "no reader");
-                                     });
+    const auto issues = scene_issues(scene, "", {}, scene_readers(FileRoots({}).resolver()));
     ASSERT_EQ(issues.size(), 1u) << weight;
     EXPECT_THAT(issues[0].message(), ::testing::HasSubstr("`exact: true` (--exact)")) << weight;
   }

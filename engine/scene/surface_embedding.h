@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+
+#include "engine/bodies/tet_mesh.h"
+#include "engine/scene/triangle_surface.h"
+
+namespace limber::scene {
+
+/// A detailed surface that follows a body: a plain value.
+struct DetailedSurface {
+  std::string name;     // of its file; the ending says the format
+  std::string content;  // the file byte for byte, with texture coordinates and materials
+  std::map<std::string, std::string> companions;  // files that it names, by name
+  TriangleSurface surface;  // vertices in the file's order [scene length unit]
+};
+
+/// Where the vertices of a surface are within a tetrahedral mesh: each is a mean of the corners of
+/// one tet, its barycentric coordinates at rest. As the nodes move, the surface follows.
+struct SurfaceEmbedding {
+  Eigen::Matrix<int, 4, Eigen::Dynamic> nodes;  // 4 x v: corners of the vertex's tet
+  Eigen::Matrix4Xd weights;                     // 4 x v, each column's sum is 1
+  /// Vertices in no tet follow the nearest one, with weights beyond [0, 1].
+  int outside_count = 0;
+  double outside_distance = 0;  // largest distance of one from the tets [length of the nodes]
+
+  [[nodiscard]] int vertex_count() const { return static_cast<int>(nodes.cols()); }
+};
+
+/// Rest positions are met in every vertex, inside the mesh or not, to rounding.
+/// @param nodes  3 x n
+/// @param tets  of volume, >= 1; of either orientation
+/// @param vertices  3 x v, in the same unit
+[[nodiscard]] SurfaceEmbedding embed_surface(const Eigen::Matrix3Xd& nodes,
+                                             const bodies::TetNodes& tets,
+                                             const Eigen::Matrix3Xd& vertices);
+
+/// Vertices of moved nodes.
+/// @param positions  3n x frames, x y z of each node in turn
+/// @returns 3v x frames
+[[nodiscard]] Eigen::MatrixXf embedded_positions(
+    const SurfaceEmbedding& embedding, const Eigen::Ref<const Eigen::MatrixXd>& positions);
+
+/// What is to be said of a surface that lies beside the body that is to carry it; empty where it
+/// lies near.
+/// @param body_length  longest side of the box around the nodes, in the unit of the nodes
+[[nodiscard]] std::string embedding_warning(const SurfaceEmbedding& embedding, double body_length);
+
+}  // namespace limber::scene
