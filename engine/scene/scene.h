@@ -9,9 +9,9 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/tet_mesh.h"
+#include "engine/scene/detailed_surface.h"
 #include "engine/scene/issue.h"
 #include "engine/scene/simulation.h"
-#include "engine/scene/surface_embedding.h"
 
 namespace limber::scene {
 

@@ -81,3 +81,29 @@ def test_a_tolerance_that_is_none_is_refused(server):
         scene = server.sample("hyperboloid")
         scene.linkage.tolerance = tolerance
         assert refusal(lambda: server.open(scene)) == (code, "scene.linkage.tolerance")
+
+
+def test_an_edit_that_takes_more_edges_is_followed_by_every_client(server):
+    """A second client streams while the linkage is cut anew."""
+    scene = server.sample("hyperboloid")
+    scene.linkage.ClearField("edges_per_segment")
+    scene.linkage.conditions.mean_angle_degrees = 15
+    scene.linkage.tolerance = 1.5e-4
+    opened = server.open(scene, progress=False)
+    opened.wait(until="checked")
+    coarse = opened.scene().linkage.edges_per_segment
+    before = opened.geometry()
+    watching = server.session(opened.reference)
+    with watching.stream(timeout=60) as stream:
+        opened.deploy(85)
+        checked = opened.wait(until="checked")
+        assert checked.discretisation_error.within_tolerance, checked.message
+        assert f"in place of {coarse}" in checked.message
+        seen = next(frames for frames in stream if frames.result.sequence >= checked.sequence)
+        assert seen.positions.shape[1:] == (watching.geometry().nodes, 3)
+    assert opened.scene().linkage.edges_per_segment > coarse
+    assert opened.geometry().basis_hash != before.basis_hash
+    assert len(opened.shape().centrelines[0]) == opened.geometry().edges[0] + 1 > before.edges[0] + 1
+    opened.deploy(84)
+    assert opened.wait().status == "CONVERGED"
+    opened.close()

@@ -69,7 +69,7 @@ def test_formats_that_a_session_does_not_have_are_named(server, linkage, tmp_pat
     assert refusal(lambda: linkage.export(tmp_path, formats="pc2")) == ("INVALID_ARGUMENT", "formats")
     body = server.open(small_scene(), progress=False)
     assert refusal(lambda: body.export(tmp_path, formats="vtp")) == ("INVALID_ARGUMENT", "formats")
-    with pytest.raises(limber.LimberError, match="PVD, PC2, BLENDER or SCENE"):
+    with pytest.raises(limber.LimberError, match="PVD, PC2, BLENDER, SURFACE or SCENE"):
         server.connection.call("export", service.ExportRequest(session=body.id, format=service.EXPORT_FORMAT_VTP))
     body.close()
 

@@ -108,7 +108,11 @@ const LinkageGeometry& LinkageSession::geometry() {
   return *geometry_;
 }
 
-std::vector<LinkageShape> LinkageSession::shapes() { return geometry().shapes(frames()); }
+std::vector<LinkageShape> LinkageSession::shapes() {
+  const v1::Frames newest = frames();
+  if (geometry_ && geometry_->hash() != newest.basis_hash()) geometry_.reset();
+  return geometry().shapes(newest);
+}
 
 LinkageShape LinkageSession::shape() {
   std::vector<LinkageShape> all = shapes();

@@ -39,6 +39,7 @@ LinkageGeometry::LinkageGeometry(const v1::GetGeometryResponse& message) {
     throw malformed_shape("joints of segments are not two a segment");
   for (const auto vertex : given.vertex_of_joint())
     vertex_of_joint_.push_back(static_cast<int>(vertex));
+  hash_ = message.basis_hash();
   coordinates_ = vertex_of_joint_.size();
   for (std::size_t s = 0; s < segments; ++s) {
     const auto edges = given.edges(static_cast<int>(s));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "limber/v1/service.pb.h"
@@ -30,6 +31,8 @@ class LinkageGeometry {
   /// @throws ClientError MALFORMED for frames of another linkage or encoding
   [[nodiscard]] std::vector<LinkageShape> shapes(const v1::Frames& frames) const;
 
+  /// Of the edges: frames say by their basis_hash which ones they are of.
+  [[nodiscard]] const std::string& hash() const { return hash_; }
   [[nodiscard]] int segments() const { return static_cast<int>(edges_.size()); }
   [[nodiscard]] int joints() const { return static_cast<int>(vertex_of_joint_.size()); }
   [[nodiscard]] const std::vector<int>& edges() const { return edges_; }  // of each segment
@@ -41,6 +44,7 @@ class LinkageGeometry {
  private:
   [[nodiscard]] LinkageShape shape(const float* numbers) const;
 
+  std::string hash_;
   std::vector<int> edges_;
   std::vector<std::array<int, 2>> ends_;
   std::vector<int> vertex_of_joint_;

@@ -218,6 +218,7 @@ void LinkageSession::Impl::publish_design(const LiveDesign* design, const Design
   result->mean_angle = design->mean_angle();
   result->section_scales = design->section_scales();
   result->revision = round.revision;
+  name_edges(*result);
   publish_if(std::move(result), [this] { return !design_.is_stopping(); });
 }
 

@@ -41,12 +41,12 @@ Worth worth_of(const scene::Linkage& linkage, const JobContext& job) {
   return {share, {}};
 }
 
+}  // namespace
+
 int edges_for(int edges, double error, double tolerance) {
   const double wanted = std::ceil(kMargin * edges * std::sqrt(error / tolerance));
   return static_cast<int>(std::min(wanted, 1e6));
 }
-
-}  // namespace
 
 EdgeChoice choose_edges(scene::Linkage linkage, int most, const JobContext& job) {
   linkage.shape.reset();

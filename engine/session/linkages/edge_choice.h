@@ -28,4 +28,8 @@ struct EdgeChoice {
 /// @throws Error{kCancelled}; as LiveLinkage
 [[nodiscard]] EdgeChoice choose_edges(scene::Linkage linkage, int most, const JobContext& job = {});
 
+/// Edges per segment that bring an estimated error to a tolerance, with a margin.
+/// @param error, tolerance  of positions, in the same unit, > 0
+[[nodiscard]] int edges_for(int edges, double error, double tolerance);
+
 }  // namespace limber::session

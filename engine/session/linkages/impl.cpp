@@ -21,11 +21,7 @@ LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits
       check_(
           mutex_, std::move(executor),
           [this](const std::shared_ptr<const LinkageResult>& result, const JobContext& job) {
-            if (!checker_) {
-              checker_ =
-                  std::make_unique<ShapeChecker>(result->statics->model(), linkage_.tolerance);
-            }
-            return checker_->check(*result, job);
+            return examine(result, job);
           },
           [this] { post(std::unique_lock(mutex_)); }) {}
 
@@ -86,7 +82,9 @@ EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
                     finish_first(document_.revision(),
                                  {document_.conditions(), {}, document_.steps_before_return()});
                   check_.stop();
-                  return document_.commit(std::move(*prepared));
+                  EditReceipt receipt = document_.commit(std::move(*prepared));
+                  if (document_.conditions()->edge_lengths.size() > 0) has_named_edges_ = true;
+                  return receipt;
                 });
 }
 

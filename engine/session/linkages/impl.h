@@ -14,6 +14,7 @@
 #include "engine/session/linkages/ended_designs.h"
 #include "engine/session/linkages/live_design.h"
 #include "engine/session/linkages/live_problem.h"
+#include "engine/session/linkages/refinement.h"
 #include "engine/session/linkages/session.h"
 
 namespace limber::session {
@@ -63,7 +64,12 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
 
  private:
   using Conditions = LinkageOrder::Conditions;
-  using ShapeChecks = BackgroundCheck<LinkageResult, ShapeCheck>;
+  /// What its edges are worth, and more of them where that is too little.
+  struct ShapeFinding {
+    ShapeCheck check;
+    std::shared_ptr<Refinement> refinement;  // null: none was tried
+  };
+  using ShapeChecks = BackgroundCheck<LinkageResult, ShapeFinding>;
   using ShapeFound = ShapeChecks::Found;
   /// One design, as the task runs it.
   struct DesignRound {
@@ -91,6 +97,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   }
   void close_other_tasks(SerialTask::Wait wait) override { check_.close(wait); }
   [[nodiscard]] bool is_check_due() const;
+  [[nodiscard]] bool may_refine() const;
   EditReceipt apply_design(std::optional<Revision> expected);
 
   // task.cpp:
@@ -99,10 +106,15 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void solve_failed(const Round& round, const std::string& reason) override;
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
   [[nodiscard]] LinkageGeometry describe() const;
+  [[nodiscard]] ShapeFinding examine(const std::shared_ptr<const LinkageResult>& result,
+                                     const JobContext& job);
+  void adopt(Refinement& refinement, const std::shared_ptr<const LinkageResult>& coarse);
+  [[nodiscard]] std::shared_ptr<LinkageResult> final_of(LiveLinkage::Outcome outcome);
   void finish(const Round& round, LiveLinkage::Outcome outcome);
   void publish_iterate(const Round& round);
   void amend(const ShapeFound& found);
-  void publish_shape(std::shared_ptr<LinkageResult> result, const Round& round);
+  void add_shape(LinkageResult& result) const;
+  void name_edges(LinkageResult& result) const;
   [[nodiscard]] Eigen::VectorXf shape_now() const;
 
   // design_task.cpp:
@@ -124,6 +136,8 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   // Under the lock:
   LinkageDocument document_;
   int edges_per_segment_;
+  bool has_named_edges_ =
+      false;  // conditions had numbers of single edges, which undo may bring back
   DesignJob design_;
   std::shared_ptr<const LinkageGeometry> geometry_;
   std::shared_ptr<const LinkageShape> shape_;
@@ -131,9 +145,10 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   Conditions designed_;  // that the newest design was made under
   ShapeChecks check_;    // of final results
 
-  std::unique_ptr<LiveLinkage> live_;      // the task's
-  EndedDesigns ended_;                     // the task's
-  std::unique_ptr<ShapeChecker> checker_;  // the check's task's
+  std::unique_ptr<LiveLinkage> live_;               // the task's
+  EndedDesigns ended_;                              // the task's
+  std::unique_ptr<ShapeChecker> checker_;           // the check's task's
+  std::shared_ptr<const LinkageGeometry> checked_;  // the same: what checker_ is of
 };
 
 }  // namespace limber::session

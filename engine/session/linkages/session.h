@@ -21,6 +21,8 @@
 
 namespace limber::session {
 
+struct LinkageGeometry;
+
 /// One published shape of a linkage: immutable, shared between threads. Where the solve failed,
 /// what was requested has no equilibrium that could be found: the shape is the last one along the
 /// path there, or the one before.
@@ -47,8 +49,13 @@ struct LinkageResult : ResultHeader {
   std::shared_ptr<const rods::LinkageState> state = {};
   /// What it is in equilibrium under; null with it.
   std::shared_ptr<const scene::LinkageConditions> conditions = {};
+  /// The object that the document has of what was requested; null with it.
+  std::shared_ptr<const scene::LinkageConditions> requested = {};
   /// The same as the solver has them.
   std::shared_ptr<const rods::Conditions> held = {};
+  /// What its numbers are of, and what makes surfaces of them: of the edges that it has.
+  std::shared_ptr<const LinkageGeometry> geometry = {};
+  std::shared_ptr<const LinkageShape> shape = {};
   /// Of a final result that was reached: kPending, and published again as kDone with what its edges
   /// are worth, where no edit is quicker.
   Check check = Check::kNone;
@@ -63,8 +70,9 @@ class LinkageListener : public Listener<LinkageResult> {
   virtual void on_design(const std::shared_ptr<const DesignInfo>&) {}
 };
 
-/// What stays the same for all shapes of a session.
+/// What stays the same for all shapes of a session, until it is cut into more edges.
 struct LinkageGeometry {
+  std::string hash;                               // same hash, same edges
   int coordinates = 0;                            // of one shape
   std::vector<int> edges;                         // of each segment
   Eigen::Matrix2Xi joints_of_segment;             // 2 x segments, -1: a free end
@@ -89,7 +97,8 @@ class LinkageSession {
   [[nodiscard]] std::string state_message() const;
   [[nodiscard]] Revision revision() const;       // newest accepted
   [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision(), in no shape
-  /// Edges per segment are those that the tolerance took; else the scene's.
+  /// Edges per segment are those that the tolerance took, and takes where edits ask for more; else
+  /// the scene's.
   [[nodiscard]] bool chose_edges() const;
   /// The same, in the shape of the newest final result if there is one, with what that is in
   /// equilibrium under: an edit that is not solved yet, or failed, has other conditions.

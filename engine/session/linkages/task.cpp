@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "engine/base/hash.h"
 #include "engine/session/core/matrix_of_columns.h"
 #include "engine/session/linkages/edge_choice.h"
 #include "engine/session/linkages/impl.h"
@@ -48,7 +51,63 @@ LinkageGeometry LinkageSession::Impl::describe() const {
         segments[s].joints[1];
   }
   for (const auto& joint : model.graph().joints) geometry.vertex_of_joint.push_back(joint.vertex);
+  ContentHash hash;
+  hash.add("limber linkage 1").add_array(geometry.edges.data(), geometry.edges.size());
+  geometry.hash = hash.hex();
   return geometry;
+}
+
+/// Edges that nobody named, in a document that names none of them: designs and rest lengths of
+/// edges are of so many.
+bool LinkageSession::Impl::may_refine() const {
+  return read([this] {
+    return linkage_.edges_per_segment == 0 && edges_per_segment_ < most_chosen_edges_ &&
+           !has_named_edges_ && design_.info() == nullptr;
+  });
+}
+
+/// The check's task's.
+LinkageSession::Impl::ShapeFinding LinkageSession::Impl::examine(
+    const std::shared_ptr<const LinkageResult>& result, const JobContext& job) {
+  if (checked_ != result->geometry) {
+    checker_ = std::make_unique<ShapeChecker>(result->statics->model(), linkage_.tolerance);
+    checked_ = result->geometry;
+  }
+  ShapeFinding finding{checker_->check(*result, job), nullptr};
+  const ShapeCheck& check = finding.check;
+  if (check.within_tolerance() || !check.error.is_known() || !may_refine()) return finding;
+  finding.refinement = std::make_shared<Refinement>(
+      refine(linkage_, *result, check, read([this] { return edges_per_segment_; }),
+             most_chosen_edges_, job));
+  return finding;
+}
+
+/// The session goes on with more edges: what is edited from here on begins in their equilibrium.
+void LinkageSession::Impl::adopt(Refinement& refinement,
+                                 const std::shared_ptr<const LinkageResult>& coarse) {
+  auto rules = rules_for(refinement.edges);
+  const int before = read([this] { return edges_per_segment_; });
+  live_ = std::move(refinement.live);
+  auto geometry = std::make_shared<const LinkageGeometry>(describe());
+  {
+    const std::lock_guard lock(mutex_);
+    edges_per_segment_ = refinement.edges;
+    geometry_ = std::move(geometry);
+    shape_ = std::make_shared<const LinkageShape>(live_->shape());
+    rules_->store(std::move(rules));
+  }
+  std::shared_ptr<LinkageResult> result = final_of(std::move(refinement.outcome));
+  result->requested = coarse->requested;
+  result->revision = coarse->revision;
+  result->since_edit_ms = coarse->since_edit_ms;
+  result->check = Check::kDone;
+  result->shape_check = std::make_shared<const ShapeCheck>(refinement.check);
+  std::string& message = result->report.message;
+  message += fmt::format("{}{} edges per segment in place of {}, for the tolerance",
+                         message.empty() ? "" : "; ", refinement.edges, before);
+  const std::string remark = describe_shape(refinement.check);
+  if (!remark.empty()) message += "; " + remark;
+  publish(std::move(result));
 }
 
 /// Called with the lock.
@@ -63,8 +122,11 @@ void LinkageSession::Impl::amend(const ShapeFound& found) {
   result->check = Check::kDone;
   result->check_failure = found.failure;
   if (found.finding) {
-    result->shape_check = std::make_shared<const ShapeCheck>(*found.finding);
-    const std::string remark = describe_shape(*found.finding);
+    const std::shared_ptr<Refinement>& refinement = found.finding->refinement;
+    if (refinement && refinement->live) return adopt(*refinement, found.result);
+    result->shape_check = std::make_shared<const ShapeCheck>(found.finding->check);
+    std::string remark = describe_shape(found.finding->check);
+    if (refinement && !refinement->failure.empty()) remark += " " + refinement->failure;
     std::string& message = result->report.message;
     if (!remark.empty()) message += (message.empty() ? "" : "; ") + remark;
   }
@@ -118,6 +180,13 @@ void LinkageSession::Impl::finish(const Round& round, LiveLinkage::Outcome outco
     return;
   }
   if (cancelled) live_->restore();
+  std::shared_ptr<LinkageResult> result = final_of(std::move(outcome));
+  result->requested = round.order.conditions;
+  publish(std::move(result), round);
+}
+
+std::shared_ptr<LinkageResult> LinkageSession::Impl::final_of(LiveLinkage::Outcome outcome) {
+  const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
   auto result = std::make_shared<LinkageResult>();
   result->is_final = true;
   result->solve_failed = !outcome.reached && !cancelled;
@@ -133,25 +202,33 @@ void LinkageSession::Impl::finish(const Round& round, LiveLinkage::Outcome outco
       std::make_shared<const scene::LinkageConditions>(live_->conditions_of_shape());
   result->held = std::make_shared<const rods::Conditions>(live_->held());
   if (outcome.reached) result->check = Check::kPending;
-  publish_shape(std::move(result), round);
+  add_shape(*result);
+  return result;
 }
 
 void LinkageSession::Impl::publish_iterate(const Round& round) {
   if (!is_time_to_publish()) return;
   auto result = std::make_shared<LinkageResult>();
   result->frames = matrix_of_columns({shape_now()});
-  publish_shape(std::move(result), round);
+  add_shape(*result);
+  publish(std::move(result), round);
 }
 
 Eigen::VectorXf LinkageSession::Impl::shape_now() const {
   return live_->shape().coordinates(live_->model(), live_->state());
 }
 
-void LinkageSession::Impl::publish_shape(std::shared_ptr<LinkageResult> result,
-                                         const Round& round) {
-  result->mean_angle = live_->state().mean_opening_angle();
-  result->section_scales = live_->model().section_scales();
-  publish(std::move(result), round);
+/// What any result of the task's own shape has.
+void LinkageSession::Impl::add_shape(LinkageResult& result) const {
+  result.mean_angle = live_->state().mean_opening_angle();
+  result.section_scales = live_->model().section_scales();
+  name_edges(result);
+}
+
+void LinkageSession::Impl::name_edges(LinkageResult& result) const {
+  const std::lock_guard lock(mutex_);
+  result.geometry = geometry_;
+  result.shape = shape_;
 }
 
 }  // namespace limber::session

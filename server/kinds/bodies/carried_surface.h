@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/embedding/surface_embedding.h"
 #include "engine/scene/scene.h"
 #include "limber/v1/service.pb.h"
 

@@ -111,7 +111,8 @@ proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportR
     default:
       throw invalid("format", "a rod linkage is exported as VTP, OBJ, JSON or SCENE");
   }
-  const LinkageExport files{result_of(record, request), session->shape(), stem};
+  const auto result = result_of(record, request);
+  const LinkageExport files{result, result->shape, stem};
   proto::ExportResponse response;
   if (request.format() == proto::EXPORT_FORMAT_VTP) {
     response = files.vtp(request.part());
@@ -120,8 +121,8 @@ proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportR
   } else {
     const session::LinkageDetail detail = files.detail(files.result->frames->cols() - 1);
     response = cut_into_parts(
-        {{stem + "_shape.json",
-          session::linkage_json(detail, session->linkage(), *session->geometry(), *files.result)}},
+        {{stem + "_shape.json", session::linkage_json(detail, session->linkage(),
+                                                      *files.result->geometry, *files.result)}},
         request.part());
   }
   *response.mutable_result() = encode_linkage_result(*files.result, record.opened().length_unit);

@@ -23,15 +23,13 @@ LinkageRecord::LinkageRecord(Hub& hub, SessionKey key, Opened opened, JobId open
 void LinkageRecord::adopt_model() {
   const auto session = attached_session();
   if (!session) return;
-  auto shape = session->shape();
   std::shared_ptr<const session::LinkageResult> newest;
   {
     const std::lock_guard lock(mutex_);
-    shape_ = shape;  // results that come from now on find it
+    is_ready_ = true;
     newest = newest_;
   }
-  if (newest && shape)
-    streams_->note(std::make_shared<LinkageFrames>(newest, shape, opened_.length_unit));
+  if (newest) streams_->note(std::make_shared<LinkageFrames>(newest, opened_.length_unit));
 }
 
 void LinkageRecord::note_closed(session::LinkageSession& session) {
@@ -104,15 +102,21 @@ bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
 }
 
 std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {
-  auto shape = session()->shape();
-  if (!shape) throw model_not_built();
-  return std::make_shared<LinkageFrames>(demand_result(final_only), std::move(shape),
-                                         opened_.length_unit);
+  if (!session()->geometry()) throw model_not_built();
+  return std::make_shared<LinkageFrames>(demand_result(final_only), opened_.length_unit);
 }
 
-proto::GetGeometryResponse LinkageRecord::geometry(const proto::GetGeometryRequest&) const {
+proto::GetGeometryResponse LinkageRecord::geometry(const proto::GetGeometryRequest& request) const {
   const auto geometry = session()->geometry();
   if (!geometry) throw model_not_built();
+  if (!request.basis_hash().empty() && request.basis_hash() != geometry->hash)
+    throw Error(ErrorCode::kNotFound, "basis_hash",
+                "the linkage has other edges now: fetch newer frames");
+  if (request.known_basis_hash() == geometry->hash) {
+    proto::GetGeometryResponse same;
+    same.set_basis_hash(geometry->hash);
+    return same;
+  }
   return encode_linkage_geometry(*geometry);
 }
 
@@ -130,8 +134,8 @@ void LinkageRecord::on_result(const std::shared_ptr<const session::LinkageResult
       std::make_shared<proto::ResultInfo>(encode_linkage_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {
         newest_ = result;
-        if (!shape_) return nullptr;
-        return std::make_shared<LinkageFrames>(result, shape_, opened_.length_unit);
+        if (!is_ready_) return nullptr;
+        return std::make_shared<LinkageFrames>(result, opened_.length_unit);
       },
       result->check == session::Check::kPending ? ResultWaiters::Check::kPending
                                                 : ResultWaiters::Check::kDone);

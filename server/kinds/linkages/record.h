@@ -57,7 +57,7 @@ class LinkageRecord final
   ExportBook<session::LinkageResult> exports_;
 
   // Under the lock:
-  std::shared_ptr<const session::LinkageShape> shape_;  // once the model is adopted
+  bool is_ready_ = false;  // the model is adopted
   std::shared_ptr<const session::LinkageResult> newest_;
   std::shared_ptr<const session::DesignInfo> design_;
 };

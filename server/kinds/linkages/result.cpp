@@ -90,6 +90,7 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
 
 proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometry& geometry) {
   proto::GetGeometryResponse response;
+  response.set_basis_hash(geometry.hash);
   *response.mutable_surface() = encode_indices(geometry.surface);
   auto& linkage = *response.mutable_linkage();
   linkage.set_coordinates(static_cast<std::uint32_t>(geometry.coordinates));
@@ -104,7 +105,7 @@ proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometr
 
 std::uint64_t LinkageFrames::bytes(proto::Encoding encoding, int count) const {
   const auto frames = static_cast<std::uint64_t>(count);
-  const auto values = 3 * static_cast<std::uint64_t>(shape_->surface_nodes());
+  const auto values = 3 * static_cast<std::uint64_t>(result_->shape->surface_nodes());
   if (encoding == proto::ENCODING_POSITIONS) return frames * values * sizeof(float);
   if (encoding == proto::ENCODING_POSITIONS_QUANTISED)
     return frames * values * sizeof(std::uint16_t);
@@ -113,11 +114,13 @@ std::uint64_t LinkageFrames::bytes(proto::Encoding encoding, int count) const {
 
 proto::Frames LinkageFrames::encode(proto::Encoding encoding, FrameRange range) const {
   proto::Frames frames = frames_of(encode_linkage_result(*result_, length_unit_), encoding, range);
+  frames.set_basis_hash(result_->geometry->hash);
   const auto columns = result_->frames->middleCols(range.first, range.count);
   if (is_of_positions(encoding)) {
-    Eigen::MatrixXf positions(3 * static_cast<Eigen::Index>(shape_->surface_nodes()), range.count);
+    Eigen::MatrixXf positions(3 * static_cast<Eigen::Index>(result_->shape->surface_nodes()),
+                              range.count);
     for (int i = 0; i < range.count; ++i)
-      positions.col(i) = shape_->surface(columns.col(i), result_->section_scales);
+      positions.col(i) = result_->shape->surface(columns.col(i), result_->section_scales);
     set_positions(positions, encoding, frames);
   } else {
     set_coordinates(columns, frames);

@@ -20,20 +20,19 @@ namespace limber::server {
 /// Frames of a linkage: coordinates, or nodes of the swept surface.
 class LinkageFrames final : public FrameSource {
  public:
-  LinkageFrames(std::shared_ptr<const session::LinkageResult> result,
-                std::shared_ptr<const session::LinkageShape> shape, double length_unit)
-      : result_(std::move(result)), shape_(std::move(shape)), length_unit_(length_unit) {}
+  LinkageFrames(std::shared_ptr<const session::LinkageResult> result, double length_unit)
+      : result_(std::move(result)), length_unit_(length_unit) {}
 
   [[nodiscard]] std::uint64_t sequence() const override { return result_->sequence; }
   [[nodiscard]] int frame_count() const override {
     return static_cast<int>(result_->frames->cols());
   }
+  [[nodiscard]] std::string basis_hash() const override { return result_->geometry->hash; }
   [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override;
   [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
 
  private:
   std::shared_ptr<const session::LinkageResult> result_;
-  std::shared_ptr<const session::LinkageShape> shape_;
   double length_unit_;
 };
 

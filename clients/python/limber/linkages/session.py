@@ -220,19 +220,27 @@ class LinkageSession(OpenSession):
         return len(self.geometry().vertex_of_joint)
 
     def geometry(self) -> LinkageGeometry:
-        """What stays the same for all shapes; fetched once."""
-        if self._geometry is None:
-            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.reference),
-                                           timeout=max(60.0, self.connection.timeout))
+        """Of the newest shape; fetched again where the linkage was cut into more edges."""
+        known = self._geometry.basis_hash if self._geometry is not None else ""
+        return self._fetch_geometry(service.GetGeometryRequest(session=self.reference, known_basis_hash=known))
+
+    def geometry_for(self, frames: "service.Frames") -> LinkageGeometry | None:
+        if frames.encoding != service.ENCODING_COORDINATES:
+            return None
+        if self._geometry is not None and self._geometry.basis_hash == frames.basis_hash:
+            return self._geometry
+        return self._fetch_geometry(service.GetGeometryRequest(session=self.reference, basis_hash=frames.basis_hash))
+
+    def _fetch_geometry(self, request: "service.GetGeometryRequest") -> LinkageGeometry:
+        message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
+        if self._geometry is None or self._geometry.basis_hash != message.basis_hash:
             self._geometry = LinkageGeometry.from_message(message)
         return self._geometry
 
-    def geometry_for(self, frames: "service.Frames") -> LinkageGeometry | None:
-        return self.geometry() if frames.encoding == service.ENCODING_COORDINATES else None
-
     def shapes(self, first: int = 0, count: int = 0, final: bool = False) -> list[Shape]:
         """Centrelines, directors and angles of the newest result: the equilibria along the path, the shape itself last."""
-        return self.geometry().shapes(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
+        frames = self.raw_frames(first, count, final=final)
+        return self.geometry_for(frames).shapes(arrays.to_numpy(frames.data, "frames"))
 
     def shape(self, final: bool = False) -> Shape:
         """The shape of the newest result."""

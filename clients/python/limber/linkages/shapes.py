@@ -23,7 +23,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class LinkageGeometry:
-    """What stays the same for all shapes of a linkage."""
+    """What stays the same for all shapes of a linkage, until it is cut into more edges for its tolerance."""
 
     coordinates: int               # numbers of one shape
     edges: tuple[int, ...]         # of each segment
@@ -32,7 +32,7 @@ class LinkageGeometry:
     outline: np.ndarray            # of the section, corners x 2, in (d1, d2) [length unit]
     surface: np.ndarray            # triangles x 3, outward, of the swept surface
     nodes: int                     # of the swept surface
-    basis_hash: str = field(default="")  # frames of linkages have no basis
+    basis_hash: str = field(default="")  # of the edges: frames say by theirs which ones they are of
 
     @staticmethod
     def from_message(message: "service.GetGeometryResponse") -> "LinkageGeometry":
@@ -40,7 +40,7 @@ class LinkageGeometry:
         geometry = LinkageGeometry(
             made.coordinates, tuple(made.edges), arrays.to_numpy(made.joints_of_segment, "joints_of_segment"),
             np.array(made.vertex_of_joint, dtype=np.int64), arrays.to_numpy(made.outline, "outline"),
-            arrays.to_numpy(message.surface, "surface"), made.surface_nodes)
+            arrays.to_numpy(message.surface, "surface"), made.surface_nodes, message.basis_hash)
         numbers = sum(6 * edges + 3 for edges in geometry.edges) + len(geometry.vertex_of_joint)
         if numbers != geometry.coordinates:
             raise LimberError("MALFORMED", f"a shape of {geometry.coordinates} numbers, its parts have {numbers}")

@@ -1,4 +1,4 @@
-#include "engine/scene/surface_embedding.h"
+#include "engine/scene/embedding/surface_embedding.h"
 
 #include <fmt/format.h>
 

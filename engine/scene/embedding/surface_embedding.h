@@ -1,21 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
 #include <string>
 
 #include "engine/bodies/tet_mesh.h"
-#include "engine/scene/triangle_surface.h"
 
 namespace limber::scene {
-
-/// A detailed surface that follows a body: a plain value.
-struct DetailedSurface {
-  std::string name;     // of its file; the ending says the format
-  std::string content;  // the file byte for byte, with texture coordinates and materials
-  std::map<std::string, std::string> companions;  // files that it names, by name
-  TriangleSurface surface;  // vertices in the file's order [scene length unit]
-};
 
 /// Where the vertices of a surface are within a tetrahedral mesh: each is a mean of the corners of
 /// one tet, its barycentric coordinates at rest. As the nodes move, the surface follows.
