@@ -31,6 +31,7 @@ from .errors import LimberError, ServerRestarted, ServerStopped, ServerUnreachab
 from .exports import Export
 from .files import mesh_file
 from .kind import register_kind
+from .laths import Hole, Lath, Laths
 from .launching import LaunchedServer, launch
 from .linkages.designs import Design, DesignInfo, DesignTerms, Erection, OtherOptimum
 from .linkages.goals import Placement
@@ -40,6 +41,7 @@ from .linkages.results import LinkageResult, LinkageStep
 from .linkages.scenes import linkage_scene
 from .linkages.session import LinkageSession, Target
 from .linkages.shapes import LinkageGeometry, Shape
+from .linkages.solutions import LinkageSolution
 from .motion import MotionStream, MotionUpdate
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
 from .results import DiscretisationError, MotionError, Result
@@ -52,8 +54,8 @@ __version__ = "0.1.0"
 __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Erection", "Export",
-    "FrameStream", "Geometry", "Keyframe", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
-    "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
+    "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
+    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",

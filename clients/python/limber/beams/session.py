@@ -8,10 +8,11 @@ import numpy as np
 
 from .. import arrays
 from ..edits import Vector
+from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
 from ..open_session import OpenSession, Receipt
-from . import edits, solutions
+from . import edits, laths, solutions
 from .geometry import BeamGeometry
 from .results import BeamResult
 from .solutions import BeamSolution
@@ -95,3 +96,9 @@ class BeamSession(OpenSession):
         request = service.GetBeamSolutionRequest(session=self.reference)
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
         return solutions.from_message(response.solution)
+
+    def laths(self, unit: str = "mm", overhang: float = 0.0, straight: float = laths.STRAIGHT) -> Laths:
+        """The members that are to be cut, as drawn, with the largest stress of each in the newest equilibrium: elements of one
+        section that go on at a node turning by at most `straight` [degree]. unit: of all lengths, "mm", "cm", "m" or "in";
+        overhang: of a member beyond its first and last node [unit]."""
+        return laths.of(self, unit, overhang, straight)

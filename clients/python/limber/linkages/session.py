@@ -9,14 +9,16 @@ import numpy as np
 from .. import arrays, checks
 from ..edits import vector
 from ..errors import invalid
+from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
 from ..open_session import OpenSession, Receipt
-from . import goals
+from . import goals, laths, solutions
 from .designs import Design
 from .goals import Placement
 from .results import LinkageResult
 from .shapes import LinkageGeometry, Shape
+from .solutions import LinkageSolution
 
 HELD = {"motion": messages.HELD_MOTION, "angle": messages.HELD_ANGLE, "both": messages.HELD_MOTION_AND_ANGLE}
 STIFFNESS = 1000.0  # of the springs to targets where none is given [N/m]
@@ -238,10 +240,19 @@ class LinkageSession(OpenSession):
         """The shape of the newest result."""
         return self.shapes(final=final)[-1]
 
+    def solution(self, yield_stress: float | None = None) -> LinkageSolution:
+        """Reactions, forces, moments and stresses of the newest equilibrium. yield_stress: [Pa], for utilisations."""
+        return solutions.of(self, yield_stress)
+
+    def laths(self, unit: str = "mm", overhang: float = 0.0) -> Laths:
+        """What is to be cut: the rods with their holes, and what they are bent to in the newest equilibrium.
+
+        unit: of all lengths, "mm", "cm", "m" or "in"; overhang: of a lath beyond its first and last hole [unit].
+        """
+        return laths.of(self, unit, overhang)
+
 
 def _id(target: Any) -> int:
     if isinstance(target, Target):
         return target.id
     return checks.whole(target, "id", most=2 ** 64 - 1)
-
-
