@@ -45,6 +45,7 @@ from .linkages.solutions import LinkageSolution
 from .motion import MotionStream, MotionUpdate
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
 from .results import DiscretisationError, MotionError, Result
+from .saving import Saved
 from .scenes import load_scene
 from .server import DEFAULT_ENDPOINT, Server, connect
 from .stream import FrameStream, StreamedFrames
@@ -56,7 +57,7 @@ __all__ = [
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
-    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server",
+    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",

@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import arrays, checks, edits, exports
+from . import arrays, checks, edits, exports, saving
 from .errors import LimberError
 from .exports import Export
 from .messages import common, service
 from .motion import MotionStream
+from .moving import MovingPoints, MovingSurface
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
+from .saving import Saved
 from .stream import FrameStream
 
 if TYPE_CHECKING:
@@ -195,6 +197,26 @@ class OpenSession:
         checks.duration(timeout, "timeout")
         with Reporter(progress) as report:
             return exports.export(self, formats, target, stem, timeout, report)
+
+    def moving_surface(self) -> MovingSurface:
+        """What is drawn of the newest result, in all frames."""
+        raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
+
+    def moving_points(self) -> MovingPoints:
+        """Nodes or joints of the newest result, in all frames."""
+        raise LimberError("UNSUPPORTED", "sessions of this kind have no points that this client knows", "session")
+
+    def save(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str = "z",
+             frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None) -> Saved:
+        """Writes the motion of the newest result as one file that other programs play, made by this client.
+
+        By the ending of path: ".glb", glTF with morph targets and a weight of each in each frame, as many targets as it takes
+        to be nowhere off by more than `tolerance` times the size of what is drawn (Saved.error says by how much it is), in metres, with `up` ("y"
+        or "z") turned to glTF's y; ".mdd" and ".pc2", caches of all vertices, with an .obj beside; ".csv", a row for each
+        node (of a linkage, joint) and frame, or for `nodes` alone. Frames of linkages and beams are the equilibria along the path,
+        24 a second unless frames_per_second says otherwise; those of bodies are at the rate of the scene.
+        """
+        return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes)
 
     # ---- control ----
 

@@ -11,8 +11,9 @@ from ..edits import Vector
 from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
+from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
-from . import edits, laths, solutions
+from . import edits, laths, solutions, surfaces
 from .geometry import BeamGeometry
 from .results import BeamResult
 from .solutions import BeamSolution
@@ -96,6 +97,18 @@ class BeamSession(OpenSession):
         request = service.GetBeamSolutionRequest(session=self.reference)
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
         return solutions.from_message(response.solution)
+
+    def moving_surface(self) -> MovingSurface:
+        """The elements with their sections, straight from node to node."""
+        scene, coordinates = self.scene(), self.frames(encoding="coordinates")
+        faces, positions = surfaces.swept(scene.beams.structure, self.geometry().positions(coordinates),
+                                          self.geometry().rotations(coordinates))
+        return MovingSurface(scene.name or self.id, faces, positions, PATH_RATE, 1.0)
+
+    def moving_points(self) -> MovingPoints:
+        """All nodes."""
+        frames = self.geometry().positions(self.frames(encoding="coordinates"))
+        return MovingPoints("node", range(frames.shape[1]), frames, PATH_RATE)
 
     def laths(self, unit: str = "mm", overhang: float = 0.0, straight: float = laths.STRAIGHT) -> Laths:
         """The members that are to be cut, as drawn, with the largest stress of each in the newest equilibrium: elements of one

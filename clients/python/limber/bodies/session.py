@@ -10,6 +10,7 @@ from .. import checks
 from ..edits import EditLike, to_messages, vector
 from ..errors import LimberError, invalid
 from ..messages import scene as scenes, service
+from ..moving import MovingPoints, MovingSurface, of_nodes
 from ..open_session import OpenSession, Receipt
 from ..results import Result
 from . import edits
@@ -223,6 +224,23 @@ class Session(OpenSession):
             return None
         cached = self.server.geometry_cache.get(frames.basis_hash)
         return cached[1] if cached else self.geometry(frames.basis_hash)
+
+    def moving_surface(self) -> MovingSurface:
+        """The boundary of its tets; vertices are its nodes in their order."""
+        status, frames = self.status(), self.frames()
+        faces, positions = of_nodes(self.geometry().surface, frames)
+        scene = self._settings()
+        return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
+                             scene.length_unit_in_metres)
+
+    def moving_points(self) -> MovingPoints:
+        """All nodes of the mesh."""
+        frames = self.frames()
+        return MovingPoints("node", range(frames.shape[1]), frames, self._settings().dynamics.frames_per_second)
+
+    def _settings(self) -> "scenes.Scene":
+        """The scene without its base motion."""
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True)).scene
 
     # ---- control ----
 

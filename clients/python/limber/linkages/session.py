@@ -12,6 +12,7 @@ from ..errors import invalid
 from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
+from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
 from . import goals, laths, solutions
 from .designs import Design
@@ -239,6 +240,17 @@ class LinkageSession(OpenSession):
     def shape(self, final: bool = False) -> Shape:
         """The shape of the newest result."""
         return self.shapes(final=final)[-1]
+
+    def moving_surface(self) -> MovingSurface:
+        """The swept surface of its rods."""
+        scene = self.scene()
+        return MovingSurface(scene.name or self.id, self.geometry().surface, self.frames(), PATH_RATE,
+                             scene.length_unit_in_metres)
+
+    def moving_points(self) -> MovingPoints:
+        """All joints."""
+        joints = np.stack([shape.joints for shape in self.shapes()])
+        return MovingPoints("joint", range(joints.shape[1]), joints, PATH_RATE)
 
     def solution(self, yield_stress: float | None = None) -> LinkageSolution:
         """Reactions, forces, moments and stresses of the newest equilibrium. yield_stress: [Pa], for utilisations."""

@@ -1,0 +1,104 @@
+"""Files that the client makes of a motion: what other programs play."""
+
+from __future__ import annotations
+
+import os
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Iterable
+
+import numpy as np
+
+from . import checks, gltf, morphs
+from .errors import LimberError, invalid
+from .moving import MovingPoints, MovingSurface
+
+if TYPE_CHECKING:
+    from .open_session import OpenSession
+
+TOLERANCE = 1e-4     # of morph targets, as a share of the size
+MOST_TARGETS = 256
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What was written."""
+
+    files: tuple[Path, ...]
+    frames: int
+    vertices: int           # or points
+    targets: int = 0        # of .glb
+    error: float = 0.0      # the largest distance of a vertex from the motion, in any frame [length unit]
+
+    def __iter__(self):
+        return iter(self.files)
+
+
+def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: float = TOLERANCE, up: str = "z",
+         frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None) -> Saved:
+    """See OpenSession.save()."""
+    target = checks.path(path, "path")
+    ending = checks.one_of(target.suffix.lower(), (".glb", ".mdd", ".pc2", ".csv"), "path")
+    checks.one_of(up, gltf.TURNS, "up")
+    if not 0 < checks.real(tolerance, "tolerance") <= 1:
+        raise invalid("tolerance", f"tolerance must be in (0, 1], is {tolerance}")
+    rate = None if frames_per_second is None else checks.real(frames_per_second, "frames_per_second")
+    if rate is not None and not 0 < rate < float("inf"):
+        raise invalid("frames_per_second", f"frames_per_second must be > 0, is {frames_per_second}")
+    try:
+        if ending == ".csv":
+            return _csv(target, session.moving_points(), rate, nodes)
+        if nodes is not None:
+            raise invalid("nodes", "nodes are of .csv: other files have the whole surface")
+        surface = session.moving_surface()
+        rate = surface.frames_per_second if rate is None else rate
+        surface = MovingSurface(surface.name, surface.faces, surface.positions, rate, surface.metres)
+        return _glb(target, surface, tolerance, up) if ending == ".glb" else _cache(target, surface)
+    except OSError as error:
+        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+
+
+def _glb(target: Path, surface: MovingSurface, tolerance: float, up: str) -> Saved:
+    base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
+    target.write_bytes(gltf.glb(surface, base, targets, weights, up))
+    return Saved((target,), len(surface.positions), len(base), len(targets), error)
+
+
+def _cache(target: Path, surface: MovingSurface) -> Saved:
+    """A cache of points, and the surface in the first frame as .obj beside it."""
+    frames, vertices = surface.positions.shape[:2]
+    if target.suffix.lower() == ".mdd":
+        times = np.arange(frames) / surface.frames_per_second
+        content = (struct.pack(">ii", frames, vertices) + times.astype(">f4").tobytes()
+                   + surface.positions.astype(">f4").tobytes())
+    else:
+        content = (struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices, 0.0, 1.0, frames)
+                   + surface.positions.astype("<f4").tobytes())
+    target.write_bytes(content)
+    beside = target.with_suffix(".obj")
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.positions[0].tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
+    beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Saved((target, beside), frames, vertices)
+
+
+def _csv(target: Path, points: MovingPoints, rate: float | None, nodes: "Iterable[int] | None") -> Saved:
+    """A row for each point and frame."""
+    numbers = list(points.numbers)
+    places = range(len(numbers))
+    if nodes is not None:
+        wanted = checks.wholes(nodes, "nodes")
+        missing = sorted(set(wanted) - set(numbers))
+        if missing:
+            raise LimberError("OUT_OF_RANGE", f"there is no {points.name} {missing[0]}", "nodes")
+        where = {number: i for i, number in enumerate(numbers)}
+        places = [where[number] for number in wanted]
+    rate = points.frames_per_second if rate is None else rate
+    with open(target, "w", encoding="utf-8") as out:
+        out.write(f"frame,time_s,{points.name},x,y,z\n")
+        for frame, shape in enumerate(points.positions):
+            for i in places:
+                x, y, z = shape[i].tolist()
+                out.write(f"{frame},{frame / rate:.9g},{numbers[i]},{x:.9g},{y:.9g},{z:.9g}\n")
+    return Saved((target,), len(points.positions), len(places))
