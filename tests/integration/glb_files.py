@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT
 
 FORMATS = ROOT / "tests" / "formats"
-WIDTHS = {"SCALAR": 1, "VEC3": 3}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 TYPES = {5126: "<f4", 5125: "<u4"}
 
 

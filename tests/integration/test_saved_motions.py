@@ -1,14 +1,19 @@
 """Files that the Python client makes of motions hold what the session holds."""
 
 import csv
+import os
 import struct
+from pathlib import Path
 
+import limber
 import numpy as np
 import pytest
-from conftest import small_scene, tip_of
+from conftest import ROOT, small_scene, tip_of
 from glb_files import played, read, validate
 from linkage_inputs import linkage  # noqa: F401
 from refusals import refusal
+
+SHARED = Path(os.environ.get("LIMBER_SHARED", ROOT.parent / "shared"))
 
 
 @pytest.fixture
@@ -151,3 +156,47 @@ def test_what_is_refused(session, tmp_path):
     assert refusal(lambda: session.save(tmp_path / "motion.csv", nodes=[10 ** 6])) == ("OUT_OF_RANGE", "nodes")
     assert refusal(lambda: session.save(tmp_path / "motion.glb", nodes=[1])) == ("INVALID_ARGUMENT", "nodes")
     assert refusal(lambda: session.save(tmp_path / "no" / "motion.glb")) == ("IO", "path")
+
+
+def test_a_drawn_surface_keeps_its_vertices(server, tmp_path):
+    """All of an artist's vertices in their order, with texture coordinates and materials."""
+    drawn = SHARED / "data" / "surfaces" / "spot.obj"
+    if not drawn.is_file():
+        pytest.skip(f"no {drawn} (set LIMBER_SHARED)")
+    surface = tmp_path / "spot.obj"
+    (tmp_path / "spot.mtl").write_text("newmtl coat\nKd 1 1 1\n")
+    surface.write_text("mtllib spot.mtl\n" + drawn.read_text())
+    words = [line.split() for line in surface.read_text().splitlines()]
+    vertices = np.array([word[1:4] for word in words if word[:1] == ["v"]], dtype=float)
+    texcoords = np.array([word[1:3] for word in words if word[:1] == ["vt"]], dtype=float)
+    filled = server.tetrahedralize(surface, tets=3000, within=1)
+    held = np.flatnonzero(filled.nodes[:, 1] < np.quantile(filled.nodes[:, 1], 0.05))
+    opened = server.open(limber.scene_from_arrays(filled.nodes, filled.tets, frames=40, fixed_nodes=held, modes=10,
+                                                  tolerance=0.2, youngs_modulus=1e5), progress=False)
+    opened.add(node=int(filled.nodes[:, 1].argmax()), frame=20, displacement=(0.2, 0.05, 0))
+    opened.wait()
+
+    out = tmp_path / "out"
+    out.mkdir()
+    saved = opened.save(out / "moving.pc2", surface=surface)
+    assert [file.name for file in saved] == ["moving.pc2", "moving.obj", "spot.mtl"] and saved.vertices == 2930
+    assert saved.files[1].read_bytes() == surface.read_bytes()
+    shapes = np.frombuffer(saved.files[0].read_bytes(), "<f4", offset=32).reshape(40, 2930, 3)
+    frames, rest = opened.frames(), opened.geometry().rest
+    # At rest they are where they were drawn, and they move as the node next to them, nearly.
+    assert np.abs(limber.Embedding.of(vertices, rest, opened.geometry().tets).positions(rest) - vertices).max() < 1e-5
+    nearest = np.array([np.linalg.norm(rest - vertex, axis=1).argmin() for vertex in vertices])
+    moved = frames[20, nearest] - rest[nearest]
+    assert np.linalg.norm(moved, axis=1).max() > 0.1
+    assert np.abs(shapes[20] - vertices - moved).max() < 0.05
+
+    saved = opened.save(out / "moving.glb", surface=surface)
+    document, values = read(out / "moving.glb")
+    faces, positions, _ = played(out / "moving.glb")
+    shown = values(document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]) * (1, -1) + (0, 1)
+    corners = [part.split("/") for word in words if word[:1] == ["f"] for part in word[1:]]
+    assert len(shown) == positions.shape[1] > 2930 and faces.size == len(corners) == 3 * 5856
+    assert np.allclose(shown[faces.ravel()], texcoords[[int(t) - 1 for _, t, *_ in corners]], atol=1e-6)
+    assert np.abs(positions[:, faces.ravel()] - shapes[:, [int(v) - 1 for v, *_ in corners]]).max() <= 1.01 * saved.error
+    validate(out / "moving.glb")
+    opened.close()

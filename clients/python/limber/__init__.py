@@ -18,6 +18,7 @@ from .beams.scenes import beam_scene
 from .beams.session import BeamSession
 from .beams.solutions import BeamSnap, BeamSolution
 from .bodies.edits import Axes, add, dynamics, ends, move, optimise, remove, replace, reset_material
+from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .bodies.material import Material, Mode
@@ -54,7 +55,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
-    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Erection", "Export",
+    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",

@@ -14,8 +14,10 @@ VERTICES, INDICES = 34962, 34963  # targets of buffer views
 TURNS = {"y": [0.0, 0.0, 0.0, 1.0], "z": [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]}  # quaternions x, y, z, w to glTF's y
 
 
-def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str) -> bytes:
-    """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y."""
+def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str,
+        texcoords: "np.ndarray | None" = None) -> bytes:
+    """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y.
+    texcoords: vertices x 2, from the upper left corner."""
     chunks, views, accessors = bytearray(), [], []
 
     def add(values: np.ndarray, kind: str, component: int, target: "int | None", bounds: bool) -> int:
@@ -33,6 +35,8 @@ def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: 
 
     primitive = {"attributes": {"POSITION": vectors(base)}, "material": 0, "mode": 4,
                  "indices": add(np.ascontiguousarray(surface.faces.ravel(), dtype="<u4"), "SCALAR", UINT, INDICES, False)}
+    if texcoords is not None:
+        primitive["attributes"]["TEXCOORD_0"] = add(np.ascontiguousarray(texcoords, dtype="<f4"), "VEC2", FLOAT, VERTICES, False)
     mesh = {"name": surface.name or "surface", "primitives": [primitive]}
     document = {
         "asset": {"version": "2.0", "generator": "limber"}, "scene": 0, "scenes": [{"nodes": [0]}],

@@ -198,8 +198,8 @@ class OpenSession:
         with Reporter(progress) as report:
             return exports.export(self, formats, target, stem, timeout, report)
 
-    def moving_surface(self) -> MovingSurface:
-        """What is drawn of the newest result, in all frames."""
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
+        """What is drawn of the newest result, in all frames; drawn: vertices and triangles that follow a body instead."""
         raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
 
     def moving_points(self) -> MovingPoints:
@@ -207,7 +207,8 @@ class OpenSession:
         raise LimberError("UNSUPPORTED", "sessions of this kind have no points that this client knows", "session")
 
     def save(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str = "z",
-             frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None) -> Saved:
+             frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None,
+             surface: "str | os.PathLike[str] | None" = None) -> Saved:
         """Writes the motion of the newest result as one file that other programs play, made by this client.
 
         By the ending of path: ".glb", glTF with morph targets and a weight of each in each frame, as many targets as it takes
@@ -215,8 +216,12 @@ class OpenSession:
         or "z") turned to glTF's y; ".mdd" and ".pc2", caches of all vertices, with an .obj beside; ".csv", a row for each
         node (of a linkage, joint) and frame, or for `nodes` alone. Frames of linkages and beams are the equilibria along the path,
         24 a second unless frames_per_second says otherwise; those of bodies are at the rate of the scene.
+
+        surface: of a body, an .obj that was drawn around its tets: it follows them, with its own vertices in their order, texture
+        coordinates, and, beside a cache, its materials.
         """
-        return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes)
+        return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes,
+                           surface=surface)
 
     # ---- control ----
 

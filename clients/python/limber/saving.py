@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Iterable
 
 import numpy as np
 
-from . import checks, gltf, morphs
+from . import checks, gltf, morphs, obj_files
 from .errors import LimberError, invalid
 from .moving import MovingPoints, MovingSurface
+from .obj_files import ObjSurface
 
 if TYPE_CHECKING:
     from .open_session import OpenSession
@@ -36,7 +37,8 @@ class Saved:
 
 
 def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: float = TOLERANCE, up: str = "z",
-         frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None) -> Saved:
+         frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None,
+         surface: "str | os.PathLike[str] | None" = None) -> Saved:
     """See OpenSession.save()."""
     target = checks.path(path, "path")
     ending = checks.one_of(target.suffix.lower(), (".glb", ".mdd", ".pc2", ".csv"), "path")
@@ -48,25 +50,34 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
         raise invalid("frames_per_second", f"frames_per_second must be > 0, is {frames_per_second}")
     try:
         if ending == ".csv":
+            if surface is not None:
+                raise invalid("surface", "a .csv has nodes and no surface")
             return _csv(target, session.moving_points(), rate, nodes)
         if nodes is not None:
             raise invalid("nodes", "nodes are of .csv: other files have the whole surface")
-        surface = session.moving_surface()
-        rate = surface.frames_per_second if rate is None else rate
-        surface = MovingSurface(surface.name, surface.faces, surface.positions, rate, surface.metres)
-        return _glb(target, surface, tolerance, up) if ending == ".glb" else _cache(target, surface)
+        drawn = None if surface is None else obj_files.load(checks.path(surface, "surface"), "surface")
+        moving = session.moving_surface(None if drawn is None else (drawn.vertices, drawn.corners))
+        moving = moving if rate is None else replace(moving, frames_per_second=rate)
+        return _glb(target, moving, drawn, tolerance, up) if ending == ".glb" else _cache(target, moving, drawn)
     except OSError as error:
         raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
 
 
-def _glb(target: Path, surface: MovingSurface, tolerance: float, up: str) -> Saved:
+def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", tolerance: float, up: str) -> Saved:
+    texcoords = None
+    if drawn is not None and len(drawn.texcoords) and drawn.textures.min() >= 0 \
+            and drawn.textures.max() < len(drawn.texcoords):
+        # A vertex of glTF has one texture coordinate: those at seams are there more than once.
+        pairs, corners = np.unique(np.stack([drawn.corners.ravel(), drawn.textures.ravel()]), axis=1, return_inverse=True)
+        texcoords = drawn.texcoords[pairs[1]] * (1, -1) + (0, 1)
+        surface = replace(surface, faces=corners.reshape(-1, 3), positions=surface.positions[:, pairs[0]])
     base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
-    target.write_bytes(gltf.glb(surface, base, targets, weights, up))
+    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords))
     return Saved((target,), len(surface.positions), len(base), len(targets), error)
 
 
-def _cache(target: Path, surface: MovingSurface) -> Saved:
-    """A cache of points, and the surface in the first frame as .obj beside it."""
+def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> Saved:
+    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn."""
     frames, vertices = surface.positions.shape[:2]
     if target.suffix.lower() == ".mdd":
         times = np.arange(frames) / surface.frames_per_second
@@ -77,6 +88,13 @@ def _cache(target: Path, surface: MovingSurface) -> Saved:
                    + surface.positions.astype("<f4").tobytes())
     target.write_bytes(content)
     beside = target.with_suffix(".obj")
+    if drawn is not None:
+        beside.write_bytes(drawn.content)
+        copies = [beside.with_name(library.name) for library in drawn.libraries]
+        for library, copy in zip(drawn.libraries, copies):
+            if not copy.exists():
+                copy.write_bytes(library.read_bytes())
+        return Saved((target, beside, *copies), frames, vertices)
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.positions[0].tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
     beside.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import arrays
 from ..edits import Vector
+from ..errors import invalid
 from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
@@ -98,8 +99,10 @@ class BeamSession(OpenSession):
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
         return solutions.from_message(response.solution)
 
-    def moving_surface(self) -> MovingSurface:
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
         """The elements with their sections, straight from node to node."""
+        if drawn is not None:
+            raise invalid("surface", "a surface follows bodies alone")
         scene, coordinates = self.scene(), self.frames(encoding="coordinates")
         faces, positions = surfaces.swept(scene.beams.structure, self.geometry().positions(coordinates),
                                           self.geometry().rotations(coordinates))

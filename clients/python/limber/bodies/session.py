@@ -6,6 +6,8 @@ import random
 import time
 from typing import Any, Iterable, Sequence
 
+import numpy as np
+
 from .. import checks
 from ..edits import EditLike, to_messages, vector
 from ..errors import LimberError, invalid
@@ -14,6 +16,7 @@ from ..moving import MovingPoints, MovingSurface, of_nodes
 from ..open_session import OpenSession, Receipt
 from ..results import Result
 from . import edits
+from .embedding import Embedding
 from .geometry import Geometry
 from .keyframes import Keyframe, keyframe
 from .material import Material
@@ -225,10 +228,13 @@ class Session(OpenSession):
         cached = self.server.geometry_cache.get(frames.basis_hash)
         return cached[1] if cached else self.geometry(frames.basis_hash)
 
-    def moving_surface(self) -> MovingSurface:
-        """The boundary of its tets; vertices are its nodes in their order."""
-        status, frames = self.status(), self.frames()
-        faces, positions = of_nodes(self.geometry().surface, frames)
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
+        """The boundary of its tets, whose vertices are its nodes in their order; or vertices and triangles that follow the tets."""
+        status, frames, geometry = self.status(), self.frames(), self.geometry()
+        if drawn is None:
+            faces, positions = of_nodes(geometry.surface, frames)
+        else:
+            faces, positions = drawn[1], Embedding.of(drawn[0], geometry.rest, geometry.tets).positions(frames)
         scene = self._settings()
         return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
                              scene.length_unit_in_metres)

@@ -241,8 +241,10 @@ class LinkageSession(OpenSession):
         """The shape of the newest result."""
         return self.shapes(final=final)[-1]
 
-    def moving_surface(self) -> MovingSurface:
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
         """The swept surface of its rods."""
+        if drawn is not None:
+            raise invalid("surface", "a surface follows bodies alone")
         scene = self.scene()
         return MovingSurface(scene.name or self.id, self.geometry().surface, self.frames(), PATH_RATE,
                              scene.length_unit_in_metres)
