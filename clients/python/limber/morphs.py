@@ -7,15 +7,16 @@ import numpy as np
 GRAM = 600  # frames of which targets are made at once
 
 
-def targets_of(positions: np.ndarray, tolerance: float, most: int) -> "tuple[np.ndarray, np.ndarray, np.ndarray, float]":
+def targets_of(positions: np.ndarray, tolerance: float, most: int,
+               base: "np.ndarray | None" = None) -> "tuple[np.ndarray, np.ndarray, np.ndarray, float]":
     """positions: frames x vertices x 3; tolerance: largest distance of a vertex that may be left [length unit]; most: as many
     targets at most.
 
     Base (vertices x 3), targets (k x vertices x 3, added to the base) and weights (frames x k), all float32, and the largest
-    distance that is left with these. The base is the first frame.
+    distance that is left with these. base: the first frame where none is given.
     """
     frames, vertices = positions.shape[:2]
-    base = np.array(positions[0], dtype=np.float32)
+    base = np.array(positions[0] if base is None else base, dtype=np.float32)
     moved = positions.reshape(frames, -1).astype(np.float64) - base.reshape(1, -1).astype(np.float64)
     chosen = np.unique(np.linspace(0, frames - 1, min(frames, GRAM)).round().astype(int))
     while True:
