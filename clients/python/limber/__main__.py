@@ -8,6 +8,7 @@ import sys
 from . import connect
 from .errors import LimberError, ServerUnreachable
 from .laths import UNITS
+from .saving import TOLERANCE
 
 DESCRIPTION = "Files that the Python client makes; everything else is done by the command `limber`."
 
@@ -19,6 +20,8 @@ def main(arguments: "list[str] | None" = None) -> int:
     commands = parser.add_subparsers(dest="command", required=True)
     _add_laths(commands.add_parser("laths", help="what is to be cut of a linkage or a structure of beams",
                                    description="Which laths a linkage or a structure of beams is made of, with their holes."))
+    _add_save(commands.add_parser("save", help="a motion as .glb, .mdd, .pc2 or .csv"))
+    _add_picture(commands.add_parser("picture", help="a .png, .svg or .pdf, coloured by stress, strain, displacement"))
     given = parser.parse_args(arguments)
     try:
         with connect(given.endpoint) as server:
@@ -61,6 +64,41 @@ def _laths(server: "object", given: argparse.Namespace) -> None:
         print(*made.save_svg(given.svg, hole=given.hole, **layout), sep="\n")
     if not (given.csv or given.dxf or given.svg):
         print(made.csv(), end="")
+
+
+def _add_save(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("file")
+    parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of .glb, as a share of the size (%(default)g)")
+    parser.add_argument("--up", choices=("y", "z"), default="z", help="of the scene, for .glb (z)")
+    parser.add_argument("--surface", help="an .obj that was drawn around the tets of a body and follows them")
+    parser.set_defaults(run=_save)
+
+
+def _save(server: "object", given: argparse.Namespace) -> None:
+    saved = server.session(given.session).save(given.file, tolerance=given.tolerance, up=given.up,  # type: ignore[attr-defined]
+                                               surface=given.surface)
+    print(*saved.files, sep="\n")
+    if saved.targets:
+        print(f"{saved.targets} morph targets, off by at most {saved.error:.3g}", file=sys.stderr)
+
+
+def _add_picture(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("file")
+    parser.add_argument("--colour", default="none", help="none, displacement, strain, stress, utilisation: see the guide")
+    parser.add_argument("--frame", type=int, default=-1, help="the last one by default")
+    parser.add_argument("--view", type=float, nargs=2, default=(-60.0, 25.0), metavar=("AZIMUTH", "ELEVATION"))
+    parser.add_argument("--up", choices=("y", "z"), default="z")
+    parser.add_argument("--yield-stress", type=float, help="for the utilisation of linkages [Pa]")
+    parser.add_argument("--title", default="")
+    parser.set_defaults(run=_picture)
+
+
+def _picture(server: "object", given: argparse.Namespace) -> None:
+    print(server.session(given.session).picture(  # type: ignore[attr-defined]
+        given.file, colour=given.colour, frame=given.frame, view=given.view, up=given.up, title=given.title,
+        yield_stress=given.yield_stress))
 
 
 if __name__ == "__main__":

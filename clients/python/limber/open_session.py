@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import arrays, checks, edits, exports, saving
+from . import arrays, checks, edits, exports, pictures, saving
 from .errors import LimberError
 from .exports import Export
 from .messages import common, service
 from .motion import MotionStream
 from .moving import MovingPoints, MovingSurface
+from .pictures import Coloured
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
 from .saving import Saved
@@ -201,6 +203,26 @@ class OpenSession:
     def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
         """What is drawn of the newest result, in all frames; drawn: vertices and triangles that follow a body instead."""
         raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
+
+    COLOURS: tuple[str, ...] = ("none",)  # what picture() takes
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None) -> Coloured:
+        """What is drawn of the newest result in a frame, with numbers to be shown as colours."""
+        surface = self.moving_surface()
+        return Coloured(surface.faces, surface.positions[frame], np.zeros(0), "")
+
+    def picture(self, path: "str | os.PathLike[str]", *, colour: str = "none", frame: int = -1,
+                view: Sequence[float] = (-60.0, 25.0), up: str = "z", size: Sequence[float] = (8.0, 6.0), title: str = "",
+                limits: "Sequence[float] | None" = None, yield_stress: float | None = None) -> Path:
+        """Draws the newest result into a .png, .svg or .pdf; needs python3-matplotlib, and no display.
+
+        colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of
+        bodies with the scene's material), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
+        the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene. size: inches;
+        limits: of the colours' scale, where pictures are to be compared.
+        """
+        return pictures.draw(self, path, colour=colour, frame=frame, view=view, up=up, size=size, title=title, limits=limits,
+                             yield_stress=yield_stress)
 
     def moving_points(self) -> MovingPoints:
         """Nodes or joints of the newest result, in all frames."""

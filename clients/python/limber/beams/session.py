@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from .. import arrays
+from .. import arrays, checks
 from ..edits import Vector
-from ..errors import invalid
+from ..errors import LimberError, invalid
 from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
+from ..pictures import Coloured, of_vertices
 from . import edits, laths, solutions, surfaces
 from .geometry import BeamGeometry
 from .results import BeamResult
@@ -107,6 +108,32 @@ class BeamSession(OpenSession):
         faces, positions = surfaces.swept(scene.beams.structure, self.geometry().positions(coordinates),
                                           self.geometry().rotations(coordinates))
         return MovingSurface(scene.name or self.id, faces, positions, PATH_RATE, 1.0)
+
+    COLOURS = ("none", "displacement", "stress", "utilisation")
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
+        """Elements have their largest stress; that of the shape itself alone is known."""
+        if frame != -1 and colour in ("stress", "utilisation"):
+            raise invalid("frame", "stresses of beams are those of the last frame")
+        surface = self.moving_surface()
+        count = len(surface.positions)
+        if not -count <= checks.real(frame, "frame") < count:
+            raise LimberError("OUT_OF_RANGE", f"frame {frame}: there are {count}, from 0", "frame")
+        faces, positions = surface.faces, surface.positions[frame]
+        corners, triangles = surfaces.counts(self.structure())
+        if colour == "none":
+            return Coloured(faces, positions, np.zeros(0), "")
+        if colour == "displacement":
+            geometry = self.geometry()
+            moved = np.linalg.norm(geometry.positions(self.frames(encoding="coordinates"))[frame] - geometry.rest, axis=1)
+            ends = np.repeat(moved[geometry.elements].ravel(), np.repeat(corners, 2))
+            return Coloured(faces, positions, of_vertices(faces, ends), "displacement [m]")
+        solution = self.solution()
+        values = solution.stresses if colour == "stress" else solution.utilisations
+        if colour == "utilisation" and yield_stress is not None:
+            values = solution.stresses / yield_stress
+        label = "von Mises stress [Pa]" if colour == "stress" else "utilisation"
+        return Coloured(faces, positions, np.repeat(values, triangles), label)
 
     def moving_points(self) -> MovingPoints:
         """All nodes."""

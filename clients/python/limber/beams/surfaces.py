@@ -70,3 +70,9 @@ def swept(structure: "messages.BeamStructure", positions: np.ndarray,
         faces += [first + fan[:, ::-1], first + count + fan]
         first += 2 * count
     return np.concatenate(faces), np.concatenate(parts, axis=1).astype(np.float32)
+
+
+def counts(structure: "messages.BeamStructure") -> "tuple[np.ndarray, np.ndarray]":
+    """Corners of the section and triangles of each element of swept()."""
+    corners = np.array([len(outline(structure.sections[element.section])) for element in structure.elements])
+    return corners, 4 * corners - 4

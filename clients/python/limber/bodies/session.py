@@ -14,8 +14,9 @@ from ..errors import LimberError, invalid
 from ..messages import scene as scenes, service
 from ..moving import MovingPoints, MovingSurface, of_nodes
 from ..open_session import OpenSession, Receipt
+from ..pictures import Coloured, of_vertices
 from ..results import Result
-from . import edits
+from . import edits, strains
 from .embedding import Embedding
 from .geometry import Geometry
 from .keyframes import Keyframe, keyframe
@@ -238,6 +239,30 @@ class Session(OpenSession):
         scene = self._settings()
         return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
                              scene.length_unit_in_metres)
+
+    COLOURS = ("none", "displacement", "strain", "stress")
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
+        """Triangles have the number of their tet, or of displacements the mean of their nodes."""
+        frames, geometry = self._frame(frame), self.geometry()
+        faces, label = geometry.surface, ""
+        values = np.zeros(0)
+        if colour == "displacement":
+            values, label = of_vertices(faces, np.linalg.norm(frames - geometry.rest, axis=1)), "displacement [length unit]"
+        elif colour != "none":
+            gradient = strains.gradients(geometry.rest, geometry.tets[strains.tets_of(faces, geometry.tets)], frames)
+            material = self._settings().material
+            values, label = ((strains.largest_strain(gradient), "largest strain") if colour == "strain" else
+                             (strains.von_mises(gradient, material.youngs_modulus, material.poissons_ratio),
+                              "von Mises stress [Pa]"))
+        return Coloured(faces, frames, values, label)
+
+    def _frame(self, frame: int) -> np.ndarray:
+        """One of the newest result, nodes x 3; negative ones count from the end."""
+        count = self.status().frames
+        if not -count <= checks.real(frame, "frame") < count:
+            raise LimberError("OUT_OF_RANGE", f"frame {frame}: there are {count}, from 0", "frame")
+        return self.frames(checks.whole(frame % count, "frame"), 1)[0]
 
     def moving_points(self) -> MovingPoints:
         """All nodes of the mesh."""

@@ -8,12 +8,13 @@ import numpy as np
 
 from .. import arrays, checks
 from ..edits import vector
-from ..errors import invalid
+from ..errors import LimberError, invalid
 from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
+from ..pictures import Coloured, of_vertices
 from . import goals, laths, solutions
 from .designs import Design
 from .goals import Placement
@@ -248,6 +249,27 @@ class LinkageSession(OpenSession):
         scene = self.scene()
         return MovingSurface(scene.name or self.id, self.geometry().surface, self.frames(), PATH_RATE,
                              scene.length_unit_in_metres)
+
+    COLOURS = ("none", "stress", "utilisation")
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
+        """The shape itself: what the equilibria before it carry is not known here."""
+        if frame != -1 and colour != "none":
+            raise invalid("frame", "of a linkage the last frame alone is coloured")
+        frames, faces = self.frames(), self.geometry().surface
+        if not -len(frames) <= checks.real(frame, "frame") < len(frames):
+            raise LimberError("OUT_OF_RANGE", f"frame {frame}: there are {len(frames)}, from 0", "frame")
+        if colour == "none":
+            return Coloured(faces, frames[frame], np.zeros(0), "")
+        if colour == "utilisation" and yield_stress is None:
+            raise invalid("yield_stress", "the utilisation of a linkage is that of a yield_stress [Pa], which scenes do not have")
+        solution = self.solution()
+        bound = np.where(np.isfinite(solution.von_mises_stresses), solution.von_mises_stresses,
+                         np.abs(solution.normal_stresses).max(axis=1))
+        values = of_vertices(faces, np.repeat(bound, len(self.geometry().outline)))
+        if colour == "stress":
+            return Coloured(faces, frames[frame], values, "von Mises stress [Pa]")
+        return Coloured(faces, frames[frame], values / yield_stress, "utilisation")
 
     def moving_points(self) -> MovingPoints:
         """All joints."""
