@@ -22,6 +22,7 @@ from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .bodies.material import Material, Mode
+from .bodies.modal import Modal
 from .bodies.motions import base_motion
 from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
@@ -57,7 +58,7 @@ __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
-    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
+    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",

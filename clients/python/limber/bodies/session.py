@@ -21,6 +21,8 @@ from .embedding import Embedding
 from .geometry import Geometry
 from .keyframes import Keyframe, keyframe
 from .material import Material
+from .modal import Modal
+from .modal import of as of_session
 
 
 class Constraint:
@@ -236,7 +238,7 @@ class Session(OpenSession):
             faces, positions = of_nodes(geometry.surface, frames)
         else:
             faces, positions = drawn[1], Embedding.of(drawn[0], geometry.rest, geometry.tets).positions(frames)
-        scene = self._settings()
+        scene = self.settings()
         return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
                              scene.length_unit_in_metres)
 
@@ -251,7 +253,7 @@ class Session(OpenSession):
             values, label = of_vertices(faces, np.linalg.norm(frames - geometry.rest, axis=1)), "displacement [length unit]"
         elif colour != "none":
             gradient = strains.gradients(geometry.rest, geometry.tets[strains.tets_of(faces, geometry.tets)], frames)
-            material = self._settings().material
+            material = self.settings().material
             values, label = ((strains.largest_strain(gradient), "largest strain") if colour == "strain" else
                              (strains.von_mises(gradient, material.youngs_modulus, material.poissons_ratio),
                               "von Mises stress [Pa]"))
@@ -267,11 +269,17 @@ class Session(OpenSession):
     def moving_points(self) -> MovingPoints:
         """All nodes of the mesh."""
         frames = self.frames()
-        return MovingPoints("node", range(frames.shape[1]), frames, self._settings().dynamics.frames_per_second)
+        return MovingPoints("node", range(frames.shape[1]), frames, self.settings().dynamics.frames_per_second)
 
-    def _settings(self) -> "scenes.Scene":
+    def settings(self) -> "scenes.Scene":
         """The scene without its base motion."""
         return self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True)).scene
+
+    def modal(self, modes: int | None = None) -> Modal:
+        """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, as many as the
+        session has or as asked for; made here from mesh and material of the scene, beside what the session reports. Where
+        the mesh file brings its own materials these are not known here."""
+        return of_session(self, modes)
 
     # ---- control ----
 
