@@ -105,6 +105,20 @@ def test_a_surface_that_cannot_be_filled_fails_in_words(server):
     assert made.state == "failed" and made.error and made.picture is None
 
 
+def test_a_server_is_found_or_started(server, monkeypatch):
+    from limber_blender import live
+    for given in ({"endpoint": server.connection.endpoint}, {}):
+        monkeypatch.setenv("LIMBER_ENDPOINT", server.connection.endpoint)
+        with live.find_server(**given) as found:
+            assert found.connection.endpoint == server.connection.endpoint
+    monkeypatch.setenv("LIMBER_ENDPOINT", "tcp://127.0.0.1:9")  # nobody answers there
+    with live.find_server() as started:
+        assert isinstance(started, limber.LaunchedServer) and started.process.poll() is None
+    assert started.process.poll() is not None
+    with pytest.raises(limber.ServerUnreachable):
+        live.find_server("tcp://127.0.0.1:9")
+
+
 @pytest.mark.parametrize("start, scene_rate, rate", [(1, 24, 24), (11, 30, 30), (1, 48, 24), (101, 23.976, 60)])
 def test_frames_of_the_timeline(start, scene_rate, rate):
     from limber_blender.frames import Clock

@@ -43,7 +43,7 @@ class Panel(bpy.types.Panel):
         layout.operator("limber.add_handle")
         if object.get("limber_object"):
             layout.prop(object, '["limber_exact"]', text="Exact")
-            layout.label(text="Insert keys of its location to hold it in more frames")
+            layout.label(text="Location keys: more frames")
         layout.prop(settings, "cache_path")
         layout.operator("limber.bake_shape_keys")
         layout.operator("limber.bake_cache")

@@ -31,6 +31,14 @@ def targets_of(positions: np.ndarray, tolerance: float, most: int,
         chosen = np.unique(np.concatenate([chosen, np.argsort(-worst)[:GRAM // 4]]))
 
 
+def one_sided(targets: np.ndarray, weights: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
+    """The same with weights in [0, 1] alone, to which programs such as Blender cut them: a target whose weight has both signs
+    becomes two, opposite to each other."""
+    up, down = weights.max(axis=0, initial=0) > 0, weights.min(axis=0, initial=0) < 0
+    return (np.concatenate([targets[up], -targets[down]]),
+            np.concatenate([np.maximum(weights[:, up], 0), np.maximum(-weights[:, down], 0)], axis=1))
+
+
 def _principal(moved: np.ndarray) -> np.ndarray:
     """Orthonormal directions, those with most motion first."""
     values, vectors = np.linalg.eigh(moved @ moved.T)

@@ -72,6 +72,7 @@ def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", toler
         texcoords = drawn.texcoords[pairs[1]] * (1, -1) + (0, 1)
         surface = replace(surface, faces=corners.reshape(-1, 3), positions=surface.positions[:, pairs[0]])
     base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
+    targets, weights = morphs.one_sided(targets, weights)
     target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords))
     return Saved((target,), len(surface.positions), len(base), len(targets), error)
 
