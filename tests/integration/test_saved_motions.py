@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import struct
 from pathlib import Path
 
@@ -136,6 +137,25 @@ def test_caches(flower, tmp_path):
         words = [line.split() for line in saved.files[1].read_text().splitlines()]
         assert np.allclose(np.array([word[1:] for word in words if word[0] == "v"], dtype=float), expected[0], rtol=1e-7)
         assert sum(word[0] == "f" for word in words) == len(flower.geometry().surface)
+
+
+def test_series_for_paraview(server, session, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    session.add(node=tip_of(session), frame=30, displacement=(0, 0.3, 0.1))
+    session.wait()
+    saved = session.save(tmp_path / "body.pvd")
+    _, expected = surface_frames(session)
+    listed = re.findall(r'timestep="(.*?)" file="(.*?)"', saved.files[0].read_text())
+    assert [tmp_path / name for _, name in listed] == list(saved.files[1:]) and len(listed) == len(expected)
+    assert float(listed[30][0]) == pytest.approx(30 / session.scene().dynamics.frames_per_second)
+    mesh = meshio.read(saved.files[31])
+    assert np.array_equal(mesh.points, expected[30]) and len(mesh.cells_dict["triangle"]) == len(session.geometry().surface)
+    assert np.allclose(mesh.point_data["displacement"], expected[30] - expected[0])
+    beams = server.open(arch(), progress=False)
+    beams.move_support(8, x=-0.3)
+    beams.wait()
+    assert len(beams.save(tmp_path / "beams.pvd").files) == 1 + len(beams.frames())
+    beams.close()
 
 
 def test_tables(session, linkage, tmp_path):  # noqa: F811

@@ -235,7 +235,7 @@ class OpenSession:
 
         By the ending of path: ".glb", glTF with morph targets and a weight of each in each frame, as many targets as it takes
         to be nowhere off by more than `tolerance` times the size of what is drawn (Saved.error says by how much it is), in metres, with `up` ("y"
-        or "z") turned to glTF's y; ".mdd" and ".pc2", caches of all vertices, with an .obj beside; ".csv", a row for each
+        or "z") turned to glTF's y; ".mdd" and ".pc2", caches of all vertices, with an .obj beside; ".pvd", a .vtu of the surface for each frame; ".csv", a row for each
         node (of a linkage, joint) and frame, or for `nodes` alone. Frames of linkages and beams are the equilibria along the path,
         24 a second unless frames_per_second says otherwise; those of bodies are at the rate of the scene.
 

@@ -7,10 +7,11 @@ import struct
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Iterable
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from . import checks, gltf, morphs, obj_files
+from . import checks, gltf, morphs, obj_files, vtu
 from .errors import LimberError, invalid
 from .moving import MovingPoints, MovingSurface
 from .obj_files import ObjSurface
@@ -41,7 +42,7 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
          surface: "str | os.PathLike[str] | None" = None) -> Saved:
     """See OpenSession.save()."""
     target = checks.path(path, "path")
-    ending = checks.one_of(target.suffix.lower(), (".glb", ".mdd", ".pc2", ".csv"), "path")
+    ending = checks.one_of(target.suffix.lower(), (".glb", ".mdd", ".pc2", ".pvd", ".csv"), "path")
     checks.one_of(up, gltf.TURNS, "up")
     if not 0 < checks.real(tolerance, "tolerance") <= 1:
         raise invalid("tolerance", f"tolerance must be in (0, 1], is {tolerance}")
@@ -58,7 +59,9 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
         drawn = None if surface is None else obj_files.load(checks.path(surface, "surface"), "surface")
         moving = session.moving_surface(None if drawn is None else (drawn.vertices, drawn.corners))
         moving = moving if rate is None else replace(moving, frames_per_second=rate)
-        return _glb(target, moving, drawn, tolerance, up) if ending == ".glb" else _cache(target, moving, drawn)
+        if ending == ".glb":
+            return _glb(target, moving, drawn, tolerance, up)
+        return _series(target, moving) if ending == ".pvd" else _cache(target, moving, drawn)
     except OSError as error:
         raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
 
@@ -100,6 +103,20 @@ def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> 
     lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
     beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return Saved((target, beside), frames, vertices)
+
+
+def _series(target: Path, surface: MovingSurface) -> Saved:
+    """A .vtu of triangles for each frame beside the .pvd that lists them, with the displacement from the first frame."""
+    frames, vertices = surface.positions.shape[:2]
+    files, sets = [target], []
+    for frame, shape in enumerate(surface.positions):
+        name = f"{target.stem}_{frame:05}.vtu"
+        files.append(target.with_name(name))
+        files[-1].write_text(vtu.triangles(surface.faces, shape, {"displacement": shape - surface.positions[0]}), encoding="ascii")
+        sets.append(f'<DataSet timestep="{frame / surface.frames_per_second:.9g}" file={quoteattr(name)}/>')
+    target.write_text('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
+                      + "\n".join(sets) + "\n</Collection>\n</VTKFile>\n", encoding="utf-8")
+    return Saved(tuple(files), frames, vertices)
 
 
 def _csv(target: Path, points: MovingPoints, rate: float | None, nodes: "Iterable[int] | None") -> Saved:
