@@ -233,11 +233,17 @@ class OpenSession:
              surface: "str | os.PathLike[str] | None" = None) -> Saved:
         """Writes the motion of the newest result as one file that other programs play, made by this client.
 
-        By the ending of path: ".glb", glTF with morph targets and a weight of each in each frame, as many targets as it takes
-        to be nowhere off by more than `tolerance` times the size of what is drawn (Saved.error says by how much it is), in metres, with `up` ("y"
-        or "z") turned to glTF's y; ".mdd" and ".pc2", caches of all vertices, with an .obj beside; ".pvd", a .vtu of the surface for each frame; ".csv", a row for each
-        node (of a linkage, joint) and frame, or for `nodes` alone. Frames of linkages and beams are the equilibria along the path,
-        24 a second unless frames_per_second says otherwise; those of bodies are at the rate of the scene.
+        By the ending of path:
+
+        - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
+          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` ("y"
+          or "z") turned to glTF's y
+        - ".mdd", ".pc2": caches of all vertices, with an .obj beside
+        - ".pvd": a .vtu of the surface for each frame
+        - ".csv": a row for each node (of a linkage, joint) and frame, or for `nodes` alone
+
+        Frames of linkages and beams are the equilibria along the path, 24 a second unless frames_per_second says otherwise;
+        those of bodies are at the rate of the scene.
 
         surface: of a body, an .obj that was drawn around its tets: it follows them, with its own vertices in their order, texture
         coordinates, and, beside a cache, its materials.

@@ -90,7 +90,8 @@ def from_json(shape: "dict[str, Any]", scene: "messages.Scene", yield_stress: fl
     field = {name: _rows(segments, name) for name in FIELDS}
     bending = np.stack([field["bending_moment_1"], field["bending_moment_2"]], axis=1)
     normal_stresses = np.stack([field["largest_normal_stress"], field["smallest_normal_stress"]], axis=1)
-    pairs = np.array([[-1 if joint is None else joint for joint in segment["joints"]] for segment in segments], dtype=np.int32).reshape(-1, 2)
+    pairs = np.array([[-1 if joint is None else joint for joint in segment["joints"]] for segment in segments],
+                     dtype=np.int32).reshape(-1, 2)
     rests, lengths, scales = (np.array([segment[name] for segment in segments], dtype=float)
                               for name in ("rest_length", "length", "section_scale"))
     positions = np.array([joint["position"] for joint in joints], dtype=float).reshape(-1, 3)
@@ -128,7 +129,8 @@ def from_json(shape: "dict[str, Any]", scene: "messages.Scene", yield_stress: fl
     bound = np.where(np.isfinite(von_mises), von_mises, normal)
     stresses = np.array([bound[first[s]:first[s + 1]].max() for s in range(len(segments))])
     return LinkageSolution(
-        revision=int(shape["revision"]), converged=not shape["solve_failed"], energy=sum(shape["energy"][name] for name in ("stretching", "bending", "twisting")),
+        revision=int(shape["revision"]), converged=not shape["solve_failed"],
+        energy=sum(shape["energy"][name] for name in ("stretching", "bending", "twisting")),
         mean_angle=float(shape["mean_opening_angle"]), length_unit_in_metres=unit, positions=positions,
         normals=np.array([joint["normal"] for joint in joints], dtype=float).reshape(-1, 3),
         angles=np.array([joint["opening_angle"] for joint in joints], dtype=float),

@@ -26,7 +26,8 @@ def end_forces(points: np.ndarray, directors: np.ndarray, axial: np.ndarray, ben
     """What a segment does to what it is joined to: forces at its ends [N], then moments [N m], 4 x 3.
 
     A rod in equilibrium has one force and one moment to be known; these are fitted to the moments and axial forces of all
-    stations between the ends. Transverse forces are no field of a station: they follow from how moments change.
+    stations between the ends. Transverse forces are no field of a station: they follow from how moments change; of a segment
+    of two edges, which is very short, they are not known and taken to be as small as they can be.
 
     points, directors: of stations [m], 1; axial: [N]; bending: stations x 2, torque: [N m]; weight: of the segment per
     length [N/m]; pulls: (share of the length, force [N]) of springs at it.
