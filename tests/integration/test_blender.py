@@ -84,3 +84,42 @@ def test_blender_plays_the_motion(exported):
     shown = np.array(json.loads(out.read_text()))
     assert shown.shape == expected.shape
     assert np.abs(shown - expected).max() < 1e-4 * np.ptp(expected)
+
+
+# Imports a .glb as Blender's own importer reads it, and tells where its vertices are in the world.
+IMPORT = """
+import bpy, json, numpy, sys
+numpy.bool = bool  # the importer of Debian's Blender 3.4 uses a name that its numpy has no more
+file, frames, rate, out = sys.argv[sys.argv.index("--") + 1:]
+scene = bpy.context.scene
+scene.render.fps = int(rate)
+bpy.ops.import_scene.gltf(filepath=file)
+(body,) = [thing for thing in bpy.context.selected_objects if thing.type == "MESH"]
+shapes = []
+for frame in range(int(frames)):
+    scene.frame_set(frame)
+    shown = body.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    shapes.append([list(shown.matrix_world @ vertex.co) for vertex in shown.data.vertices])
+json.dump({"shapes": shapes, "keys": len(body.data.shape_keys.key_blocks) - 1}, open(out, "w"))
+"""
+
+
+def test_blender_plays_a_glb(server, tmp_path):
+    """Its morph targets, in step with a timeline of the scene's rate, upright and in metres."""
+    blender = shutil.which("blender")
+    if blender is None:
+        pytest.skip("blender is not installed (apt-get install blender)")
+    with contextlib.closing(server.open(server.sample("flower"))) as session:
+        session.wait()
+        saved = session.save(tmp_path / "motion.glb", up="z")
+        rate = session.scene().dynamics.frames_per_second
+        expected = session.frames()[:, np.unique(session.geometry().surface)] * session.scene().length_unit_in_metres
+    script, out = tmp_path / "import.py", tmp_path / "shapes.json"
+    script.write_text(IMPORT)
+    subprocess.run([blender, "--background", "--factory-startup", "--python-exit-code", "1", "--python", script, "--",
+                    saved.files[0], str(len(expected)), str(round(rate)), out], check=True, capture_output=True, text=True, timeout=110)
+    seen = json.loads(out.read_text())
+    assert seen["keys"] == saved.targets
+    shown = np.array(seen["shapes"])
+    assert shown.shape == expected.shape
+    assert np.abs(shown - expected).max() < 3e-4 * np.ptp(expected)

@@ -34,3 +34,11 @@ def test_limberd_says_which_licence_it_is_under():
         assert "GNU General Public License, version 3 or later" in printed
     else:
         assert "GPL, and so" not in printed and "Under the Apache License 2.0" in printed
+
+
+def test_the_citation_names_this_version():
+    citation = (ROOT / "CITATION.cff").read_text()
+    version, = re.findall(r"^version: (\S+)$", citation, re.MULTILINE)
+    assert f'version = "{version}"' in (ROOT / "clients" / "python" / "pyproject.toml").read_text()
+    assert f"VERSION {version}" in (ROOT / "CMakeLists.txt").read_text()
+    assert "license: Apache-2.0" in citation

@@ -18,9 +18,11 @@ from .beams.scenes import beam_scene
 from .beams.session import BeamSession
 from .beams.solutions import BeamSnap, BeamSolution
 from .bodies.edits import Axes, add, dynamics, ends, move, optimise, remove, replace, reset_material
+from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .bodies.material import Material, Mode
+from .bodies.modal import Modal
 from .bodies.motions import base_motion
 from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
@@ -31,6 +33,7 @@ from .errors import LimberError, ServerRestarted, ServerStopped, ServerUnreachab
 from .exports import Export
 from .files import mesh_file
 from .kind import register_kind
+from .laths import Hole, Lath, Laths
 from .launching import LaunchedServer, launch
 from .linkages.designs import Design, DesignInfo, DesignTerms, Erection, OtherOptimum
 from .linkages.goals import Placement
@@ -40,9 +43,11 @@ from .linkages.results import LinkageResult, LinkageStep
 from .linkages.scenes import linkage_scene
 from .linkages.session import LinkageSession, Target
 from .linkages.shapes import LinkageGeometry, Shape
+from .linkages.solutions import LinkageSolution
 from .motion import MotionStream, MotionUpdate
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
 from .results import DiscretisationError, MotionError, Result
+from .saving import Saved
 from .scenes import load_scene
 from .server import DEFAULT_ENDPOINT, Server, connect
 from .stream import FrameStream, StreamedFrames
@@ -51,10 +56,10 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
-    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Erection", "Export",
-    "FrameStream", "Geometry", "Keyframe", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
-    "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "MotionStream",
-    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server",
+    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
+    "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
+    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
+    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",

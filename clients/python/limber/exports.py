@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Callable, Sequence
+from typing import TYPE_CHECKING, Callable, Iterator, Sequence
 
 from .errors import LimberError
 from .messages import service
@@ -34,20 +34,36 @@ def export(session: "OpenSession", formats: Sequence[str], folder: Path, stem: s
     written: dict[Path, None] = {}
     result: Result | None = None
     for name in formats:
-        part = count = sequence = 0
-        while part == 0 or part < count:
-            request = service.ExportRequest(session=session.reference, format=session.FORMATS[name], stem=stem, part=part,
-                                            result_sequence=sequence)
-            response = session.connection.call("export", request, timeout=timeout)
-            sequence = response.result.sequence
+        for response in _parts(session, name, stem, timeout, report):
             if response.HasField("result"):
                 result = session.result_of(response.result)
-            count = response.part_count
             for file in response.files:
                 written[write_exported(folder, file)] = None
-            part += 1
-            report(f"exporting {name}", part / max(count, 1))
     return Export(tuple(written), result)
+
+
+def fetch(session: "OpenSession", name: str, timeout: float = 120.0) -> dict[str, bytes]:
+    """The files of one format by their names, not written."""
+    files: dict[str, bytes] = {}
+    for response in _parts(session, name, "", timeout, lambda what, share: None):
+        for file in response.files:
+            files[file.name] = files.get(file.name, b"") * file.append + file.content
+    return files
+
+
+def _parts(session: "OpenSession", name: str, stem: str, timeout: float,
+           report: Callable[[str, float], None]) -> "Iterator[service.ExportResponse]":
+    """Of one format, all of the same result."""
+    part = count = sequence = 0
+    while part == 0 or part < count:
+        request = service.ExportRequest(session=session.reference, format=session.FORMATS[name], stem=stem, part=part,
+                                        result_sequence=sequence)
+        response = session.connection.call("export", request, timeout=timeout)
+        sequence = response.result.sequence
+        count = response.part_count
+        yield response
+        part += 1
+        report(f"exporting {name}", part / max(count, 1))
 
 
 def write_exported(folder: Path, file: "service.ExportedFile") -> Path:

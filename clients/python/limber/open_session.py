@@ -5,17 +5,21 @@ from __future__ import annotations
 import os
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import arrays, checks, edits, exports
+from . import arrays, checks, edits, exports, pictures, saving
 from .errors import LimberError
 from .exports import Export
 from .messages import common, service
 from .motion import MotionStream
+from .moving import MovingPoints, MovingSurface
+from .pictures import Coloured
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
+from .saving import Saved
 from .stream import FrameStream
 
 if TYPE_CHECKING:
@@ -195,6 +199,57 @@ class OpenSession:
         checks.duration(timeout, "timeout")
         with Reporter(progress) as report:
             return exports.export(self, formats, target, stem, timeout, report)
+
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
+        """What is drawn of the newest result, in all frames; drawn: vertices and triangles that follow a body instead."""
+        raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
+
+    COLOURS: tuple[str, ...] = ("none",)  # what picture() takes
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None) -> Coloured:
+        """What is drawn of the newest result in a frame, with numbers to be shown as colours."""
+        surface = self.moving_surface()
+        return Coloured(surface.faces, surface.positions[frame], np.zeros(0), "")
+
+    def picture(self, path: "str | os.PathLike[str]", *, colour: str = "none", frame: int = -1,
+                view: Sequence[float] = (-60.0, 25.0), up: str = "z", size: Sequence[float] = (8.0, 6.0), title: str = "",
+                limits: "Sequence[float] | None" = None, yield_stress: float | None = None) -> Path:
+        """Draws the newest result into a .png, .svg or .pdf; needs python3-matplotlib, and no display.
+
+        colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of
+        bodies with the scene's material), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
+        the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene. size: inches;
+        limits: of the colours' scale, where pictures are to be compared.
+        """
+        return pictures.draw(self, path, colour=colour, frame=frame, view=view, up=up, size=size, title=title, limits=limits,
+                             yield_stress=yield_stress)
+
+    def moving_points(self) -> MovingPoints:
+        """Nodes or joints of the newest result, in all frames."""
+        raise LimberError("UNSUPPORTED", "sessions of this kind have no points that this client knows", "session")
+
+    def save(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str = "z",
+             frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None,
+             surface: "str | os.PathLike[str] | None" = None) -> Saved:
+        """Writes the motion of the newest result as one file that other programs play, made by this client.
+
+        By the ending of path:
+
+        - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
+          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` ("y"
+          or "z") turned to glTF's y
+        - ".mdd", ".pc2": caches of all vertices, with an .obj beside
+        - ".pvd": a .vtu of the surface for each frame
+        - ".csv": a row for each node (of a linkage, joint) and frame, or for `nodes` alone
+
+        Frames of linkages and beams are the equilibria along the path, 24 a second unless frames_per_second says otherwise;
+        those of bodies are at the rate of the scene.
+
+        surface: of a body, an .obj that was drawn around its tets: it follows them, with its own vertices in their order, texture
+        coordinates, and, beside a cache, its materials.
+        """
+        return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes,
+                           surface=surface)
 
     # ---- control ----
 

@@ -6,12 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from .. import arrays
+from .. import arrays, checks
 from ..edits import Vector
+from ..errors import LimberError, invalid
+from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
+from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
-from . import edits, solutions
+from ..pictures import Coloured, of_vertices
+from . import edits, laths, solutions, surfaces
 from .geometry import BeamGeometry
 from .results import BeamResult
 from .solutions import BeamSolution
@@ -95,3 +99,49 @@ class BeamSession(OpenSession):
         request = service.GetBeamSolutionRequest(session=self.reference)
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
         return solutions.from_message(response.solution)
+
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
+        """The elements with their sections, straight from node to node."""
+        if drawn is not None:
+            raise invalid("surface", "a surface follows bodies alone")
+        scene, coordinates = self.scene(), self.frames(encoding="coordinates")
+        faces, positions = surfaces.swept(scene.beams.structure, self.geometry().positions(coordinates),
+                                          self.geometry().rotations(coordinates))
+        return MovingSurface(scene.name or self.id, faces, positions, PATH_RATE, 1.0)
+
+    COLOURS = ("none", "displacement", "stress", "utilisation")
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
+        """Elements have their largest stress; that of the shape itself alone is known."""
+        if frame != -1 and colour in ("stress", "utilisation"):
+            raise invalid("frame", "stresses of beams are those of the last frame")
+        surface = self.moving_surface()
+        count = len(surface.positions)
+        if not -count <= checks.real(frame, "frame") < count:
+            raise LimberError("OUT_OF_RANGE", f"frame {frame}: there are {count}, from 0", "frame")
+        faces, positions = surface.faces, surface.positions[frame]
+        corners, triangles = surfaces.counts(self.structure())
+        if colour == "none":
+            return Coloured(faces, positions, np.zeros(0), "")
+        if colour == "displacement":
+            geometry = self.geometry()
+            moved = np.linalg.norm(geometry.positions(self.frames(encoding="coordinates"))[frame] - geometry.rest, axis=1)
+            ends = np.repeat(moved[geometry.elements].ravel(), np.repeat(corners, 2))
+            return Coloured(faces, positions, of_vertices(faces, ends), "displacement [m]")
+        solution = self.solution()
+        values = solution.stresses if colour == "stress" else solution.utilisations
+        if colour == "utilisation" and yield_stress is not None:
+            values = solution.stresses / yield_stress
+        label = "von Mises stress [Pa]" if colour == "stress" else "utilisation"
+        return Coloured(faces, positions, np.repeat(values, triangles), label)
+
+    def moving_points(self) -> MovingPoints:
+        """All nodes."""
+        frames = self.geometry().positions(self.frames(encoding="coordinates"))
+        return MovingPoints("node", range(frames.shape[1]), frames, PATH_RATE)
+
+    def laths(self, unit: str = "mm", overhang: float = 0.0, straight: float = laths.STRAIGHT) -> Laths:
+        """The members that are to be cut, as drawn, with the largest stress of each in the newest equilibrium: elements of one
+        section that go on at a node turning by at most `straight` [degree]. unit: of all lengths, "mm", "cm", "m" or "in";
+        overhang: of a member beyond its first and last node [unit]."""
+        return laths.of(self, unit, overhang, straight)

@@ -6,16 +6,23 @@ import random
 import time
 from typing import Any, Iterable, Sequence
 
+import numpy as np
+
 from .. import checks
 from ..edits import EditLike, to_messages, vector
 from ..errors import LimberError, invalid
 from ..messages import scene as scenes, service
+from ..moving import MovingPoints, MovingSurface, of_nodes
 from ..open_session import OpenSession, Receipt
+from ..pictures import Coloured, of_vertices
 from ..results import Result
-from . import edits
+from . import edits, strains
+from .embedding import Embedding
 from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
 from .material import Material
+from .modal import Modal
+from .modal import of as of_session
 
 
 class Constraint:
@@ -236,6 +243,56 @@ class Session(OpenSession):
                 raise LimberError("FAILED_PRECONDITION", "the session's scene names no surface", "surface")
             self._carried_surface = CarriedSurface.from_message(message.carried_surface)
         return self._carried_surface
+
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
+        """The boundary of its tets, whose vertices are its nodes in their order; or vertices and triangles that follow the tets."""
+        status, frames, geometry = self.status(), self.frames(), self.geometry()
+        if drawn is None:
+            faces, positions = of_nodes(geometry.surface, frames)
+        else:
+            faces, positions = drawn[1], Embedding.of(drawn[0], geometry.rest, geometry.tets).positions(frames)
+        scene = self.settings()
+        return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
+                             scene.length_unit_in_metres)
+
+    COLOURS = ("none", "displacement", "strain", "stress")
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
+        """Triangles have the number of their tet, or of displacements the mean of their nodes."""
+        frames, geometry = self._frame(frame), self.geometry()
+        faces, label = geometry.surface, ""
+        values = np.zeros(0)
+        if colour == "displacement":
+            values, label = of_vertices(faces, np.linalg.norm(frames - geometry.rest, axis=1)), "displacement [length unit]"
+        elif colour != "none":
+            gradient = strains.gradients(geometry.rest, geometry.tets[strains.tets_of(faces, geometry.tets)], frames)
+            material = self.settings().material
+            values, label = ((strains.largest_strain(gradient), "largest strain") if colour == "strain" else
+                             (strains.von_mises(gradient, material.youngs_modulus, material.poissons_ratio),
+                              "von Mises stress [Pa]"))
+        return Coloured(faces, frames, values, label)
+
+    def _frame(self, frame: int) -> np.ndarray:
+        """One of the newest result, nodes x 3; negative ones count from the end."""
+        count = self.status().frames
+        if not -count <= checks.real(frame, "frame") < count:
+            raise LimberError("OUT_OF_RANGE", f"frame {frame}: there are {count}, from 0", "frame")
+        return self.frames(checks.whole(frame % count, "frame"), 1)[0]
+
+    def moving_points(self) -> MovingPoints:
+        """All nodes of the mesh."""
+        frames = self.frames()
+        return MovingPoints("node", range(frames.shape[1]), frames, self.settings().dynamics.frames_per_second)
+
+    def settings(self) -> "scenes.Scene":
+        """The scene without its base motion."""
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True)).scene
+
+    def modal(self, modes: int | None = None) -> Modal:
+        """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, as many as the
+        session has or as asked for; made here from mesh and material of the scene, beside what the session reports. Where
+        the mesh file brings its own materials these are not known here."""
+        return of_session(self, modes)
 
     # ---- control ----
 

@@ -8,15 +8,19 @@ import numpy as np
 
 from .. import arrays, checks
 from ..edits import vector
-from ..errors import invalid
+from ..errors import LimberError, invalid
+from ..laths import Laths
 from ..messages import scene as messages
 from ..messages import service
+from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
-from . import goals
+from ..pictures import Coloured, of_vertices
+from . import goals, laths, solutions
 from .designs import Design
 from .goals import Placement
 from .results import LinkageResult
 from .shapes import LinkageGeometry, Shape
+from .solutions import LinkageSolution
 
 HELD = {"motion": messages.HELD_MOTION, "angle": messages.HELD_ANGLE, "both": messages.HELD_MOTION_AND_ANGLE}
 STIFFNESS = 1000.0  # of the springs to targets where none is given [N/m]
@@ -246,10 +250,53 @@ class LinkageSession(OpenSession):
         """The shape of the newest result."""
         return self.shapes(final=final)[-1]
 
+    def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
+        """The swept surface of its rods."""
+        if drawn is not None:
+            raise invalid("surface", "a surface follows bodies alone")
+        scene = self.scene()
+        return MovingSurface(scene.name or self.id, self.geometry().surface, self.frames(), PATH_RATE,
+                             scene.length_unit_in_metres)
+
+    COLOURS = ("none", "stress", "utilisation")
+
+    def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
+        """The shape itself: what the equilibria before it carry is not known here."""
+        if frame != -1 and colour != "none":
+            raise invalid("frame", "of a linkage the last frame alone is coloured")
+        frames, faces = self.frames(), self.geometry().surface
+        if not -len(frames) <= checks.real(frame, "frame") < len(frames):
+            raise LimberError("OUT_OF_RANGE", f"frame {frame}: there are {len(frames)}, from 0", "frame")
+        if colour == "none":
+            return Coloured(faces, frames[frame], np.zeros(0), "")
+        if colour == "utilisation" and yield_stress is None:
+            raise invalid("yield_stress", "the utilisation of a linkage is that of a yield_stress [Pa], which scenes do not have")
+        solution = self.solution()
+        bound = np.where(np.isfinite(solution.von_mises_stresses), solution.von_mises_stresses,
+                         np.abs(solution.normal_stresses).max(axis=1))
+        values = of_vertices(faces, np.repeat(bound, len(self.geometry().outline)))
+        if colour == "stress":
+            return Coloured(faces, frames[frame], values, "von Mises stress [Pa]")
+        return Coloured(faces, frames[frame], values / yield_stress, "utilisation")
+
+    def moving_points(self) -> MovingPoints:
+        """All joints."""
+        joints = np.stack([shape.joints for shape in self.shapes()])
+        return MovingPoints("joint", range(joints.shape[1]), joints, PATH_RATE)
+
+    def solution(self, yield_stress: float | None = None) -> LinkageSolution:
+        """Reactions, forces, moments and stresses of the newest equilibrium. yield_stress: [Pa], for utilisations."""
+        return solutions.of(self, yield_stress)
+
+    def laths(self, unit: str = "mm", overhang: float = 0.0) -> Laths:
+        """What is to be cut: the rods with their holes, and what they are bent to in the newest equilibrium.
+
+        unit: of all lengths, "mm", "cm", "m" or "in"; overhang: of a lath beyond its first and last hole [unit].
+        """
+        return laths.of(self, unit, overhang)
+
 
 def _id(target: Any) -> int:
     if isinstance(target, Target):
         return target.id
     return checks.whole(target, "id", most=2 ** 64 - 1)
-
-

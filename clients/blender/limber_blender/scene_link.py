@@ -1,0 +1,178 @@
+"""Between an object of Blender's scene and a live session: all that reads and writes bpy's data."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from . import live
+from .frames import Clock
+
+KEY = "limber"            # the shape key that shows the motion
+FIXED = "limber fixed"    # the vertex group that is held
+HANDLE = "limber_object"  # property of an empty: whose handle it is
+LINKS: "dict[str, Link]" = {}  # by the object's name
+
+
+def rate_of(scene) -> float:
+    return scene.render.fps / scene.render.fps_base
+
+
+class Link:
+    """One object and its session."""
+
+    def __init__(self, object, settings, endpoint: str = "", binary: str = ""):
+        scene, mesh = bpy.context.scene, object.data
+        self.name, self.scene_name = object.name, scene.name
+        self.start = scene.frame_start
+        self.frames = max(scene.frame_end - scene.frame_start + 1, 3)
+        self.rate = rate_of(scene)
+        self.to_world = np.array(object.matrix_world, dtype=float)
+        self.to_local = np.linalg.inv(self.to_world)
+        if mesh.shape_keys is None:
+            object.shape_key_add(name="Basis")
+        basis = mesh.shape_keys.key_blocks[0]
+        flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+        basis.data.foreach_get("co", flat)
+        self.drawn = flat.reshape(-1, 3).astype(float)
+        mesh.calc_loop_triangles()
+        triangles = np.empty(3 * len(mesh.loop_triangles), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("vertices", triangles)
+        group = object.vertex_groups.get(FIXED)
+        fixed = [vertex.index for vertex in mesh.vertices
+                 if group and any(item.group == group.index and item.weight > 0.5 for item in vertex.groups)]
+        self.body = live.Body(name=object.name, vertices=self.world(self.drawn), triangles=triangles.reshape(-1, 3),
+                              frames=self.frames, rate=self.rate, metres=scene.unit_settings.scale_length,
+                              fixed=np.array(fixed, dtype=int), tets=settings.tets,
+                              youngs_modulus=settings.youngs_modulus, density=settings.density, period=settings.period,
+                              modes=settings.modes, tolerance=settings.tolerance)
+        self.live = live.Live(self.body, endpoint, binary)
+        self._wished: "list[live.Wish] | None" = None
+        self.asked = 0
+        self.showing = True  # false once the motion is baked
+        self._shown = (-1, None)
+
+    # ---- places ----
+
+    def world(self, points: np.ndarray) -> np.ndarray:
+        return points @ self.to_world[:3, :3].T + self.to_world[:3, 3]
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        return points @ self.to_local[:3, :3].T + self.to_local[:3, 3]
+
+    @property
+    def object(self):
+        return bpy.data.objects.get(self.name)
+
+    @property
+    def scene(self):
+        return bpy.data.scenes[self.scene_name]
+
+    @property
+    def clock(self) -> Clock:
+        return Clock(self.start, rate_of(self.scene), self.rate, self.frames)
+
+    # ---- from the scene to the session ----
+
+    def handles(self) -> list:
+        return sorted((empty for empty in self.scene.objects if empty.get(HANDLE) == self.name), key=lambda e: e.name)
+
+    def wishes(self) -> "list[live.Wish]":
+        """What the empties ask for now: in each frame with a key of their location, else in the frame they were made in."""
+        made, clock = [], self.clock
+        now = int(round(clock.motion_frame(self.scene.frame_current)))
+        for empty in self.handles():
+            node = int(empty["limber_node"])
+            offset = np.array(empty["limber_offset"], dtype=float)
+            for frame, place in places(empty, clock, self.frames):
+                if frame == now:  # as it is dragged, before a key is set
+                    place = np.array(empty.matrix_world.translation)
+                position = tuple(float(np.float32(x)) for x in place + offset)
+                made.append(live.Wish(empty.name, frame, node, position, bool(empty.get("limber_exact", False))))
+        return made
+
+    def push(self) -> bool:
+        """Tells the session what has changed; True: something has."""
+        if self.live.state in ("connecting", "filling", "building", "failed", "closed"):
+            return False
+        wishes = self.wishes()
+        if wishes == self._wished:
+            return False
+        self._wished = wishes
+        self.asked = self.live.wish(wishes)
+        return True
+
+    # ---- from the session to the scene ----
+
+    def pull(self) -> bool:
+        """Shows the newest motion in the current frame; True: the mesh has changed."""
+        picture, object = self.live.picture, self.object
+        frame = self.clock.motion_frame(self.scene.frame_current)
+        if not self.showing or picture is None or object is None or self._shown == (picture.number, frame):
+            return False
+        keys = object.data.shape_keys
+        key = keys.key_blocks.get(KEY) or object.shape_key_add(name=KEY, from_mix=False)
+        key.value = 1.0
+        key.data.foreach_set("co", self.local(picture.shape(frame)).astype(np.float32).ravel())
+        object.data.update()
+        self._shown = (picture.number, frame)
+        return True
+
+    def shapes(self) -> np.ndarray:
+        """frames x vertices x 3, in the object's own space."""
+        if self.live.picture is None:
+            raise RuntimeError("there is no motion yet")
+        return self.local(self.live.picture.shapes()).astype(np.float32)
+
+    def remove_preview(self) -> None:
+        """The motion is shown no more."""
+        self.showing = False
+        object = self.object
+        if object and object.data.shape_keys and object.data.shape_keys.key_blocks.get(KEY):
+            object.shape_key_remove(object.data.shape_keys.key_blocks[KEY])
+
+    def close(self, wait: bool = False) -> None:
+        self.live.stop(wait)
+        self.remove_preview()
+        LINKS.pop(self.name, None)
+
+
+def places(empty, clock: Clock, frames: int) -> "list[tuple[int, np.ndarray]]":
+    """Frames of the motion with keys of the empty's location, and where the keys put it in the world."""
+    curves = [curve for curve in (empty.animation_data.action.fcurves if empty.animation_data and empty.animation_data.action
+                                  else []) if curve.data_path == "location"]
+    at = sorted({key.co[0] for curve in curves for key in curve.keyframe_points})
+    if not at:
+        frame = int(round(clock.motion_frame(empty["limber_frame"])))
+        return [(frame, np.array(empty.matrix_world.translation))]
+    parent = (empty.parent.matrix_world @ empty.matrix_parent_inverse) if empty.parent else Matrix.Identity(4)
+    found = {}
+    for frame in at:
+        location = list(empty.location)
+        for curve in curves:
+            location[curve.array_index] = curve.evaluate(frame)
+        found[int(round(clock.motion_frame(frame)))] = np.array(parent @ Vector(location))
+    return [(frame, place) for frame, place in sorted(found.items()) if 0 <= frame < frames]
+
+
+def add_handle(link: Link, place, frame: int):
+    """An empty where the surface node nearest to a place (in the world) is in a frame of Blender's timeline."""
+    picture = link.live.picture
+    if picture is None:
+        raise RuntimeError("the session is not ready yet")
+    nodes = link.live.nodes[link.live.surface_nodes]
+    # The vertex of the shown surface nearest to the place, then the node nearest to where that vertex is drawn.
+    shape = picture.shape(link.clock.motion_frame(frame))
+    vertex = int(np.linalg.norm(shape - np.array(place), axis=1).argmin())
+    node = int(link.live.surface_nodes[np.linalg.norm(nodes - link.body.vertices[vertex], axis=1).argmin()])
+    empty = bpy.data.objects.new(f"{link.name} handle", None)
+    empty.empty_display_type, empty.empty_display_size = "SPHERE", 0.02 * float(np.ptp(link.body.vertices, axis=0).max())
+    empty.location = Vector(shape[vertex].tolist())
+    empty[HANDLE], empty["limber_node"], empty["limber_frame"] = link.name, node, frame
+    empty["limber_exact"] = 0
+    # The node is not quite where the vertex is: it keeps its distance.
+    empty["limber_offset"] = (link.live.nodes[node] - link.body.vertices[vertex]).tolist()
+    link.scene.collection.objects.link(empty)
+    bpy.context.view_layer.update()
+    return empty

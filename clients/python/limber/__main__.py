@@ -1,0 +1,105 @@
+"""`python3 -m limber`: what needs no C++, beside the command line `limber`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from . import connect
+from .errors import LimberError, ServerUnreachable
+from .laths import UNITS
+from .saving import TOLERANCE
+
+DESCRIPTION = "Files that the Python client makes; everything else is done by the command `limber`."
+
+
+def main(arguments: "list[str] | None" = None) -> int:
+    """The exit codes of the command `limber`: 0 done, 1 refused, 2 wrong command line, 3 no server answers."""
+    parser = argparse.ArgumentParser("python3 -m limber", description=DESCRIPTION)
+    parser.add_argument("--endpoint", help="of limberd ($LIMBER_ENDPOINT, tcp://127.0.0.1:7801)")
+    commands = parser.add_subparsers(dest="command", required=True)
+    _add_laths(commands.add_parser("laths", help="what is to be cut of a linkage or a structure of beams",
+                                   description="Which laths a linkage or a structure of beams is made of, with their holes."))
+    _add_save(commands.add_parser("save", help="a motion as .glb, .mdd, .pc2 or .csv"))
+    _add_picture(commands.add_parser("picture", help="a .png, .svg or .pdf, coloured by stress, strain, displacement"))
+    given = parser.parse_args(arguments)
+    try:
+        with connect(given.endpoint) as server:
+            given.run(server, given)
+    except ServerUnreachable as error:
+        print(f"limber: {error}", file=sys.stderr)
+        return 3
+    except LimberError as error:
+        print(f"limber: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _add_laths(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("--csv", metavar="FILE", help="a row for each hole; without any file it is printed")
+    parser.add_argument("--dxf", metavar="FILE", help="sheets side by side (needs python3-ezdxf)")
+    parser.add_argument("--svg", metavar="FILE", help="a drawing for each sheet")
+    parser.add_argument("--unit", choices=sorted(UNITS), default="mm", help="of all lengths, given and written (mm)")
+    parser.add_argument("--overhang", type=float, default=0.0, help="of laths beyond their outer joints (0)")
+    parser.add_argument("--hole", type=float, help="diameter (a fifth of the lath's width)")
+    parser.add_argument("--sheet", type=float, nargs=2, metavar=("LENGTH", "HEIGHT"), help="as large as it takes by default")
+    parser.add_argument("--margin", type=float, default=0.0, help="free at the rim of sheets (0)")
+    parser.add_argument("--gap", type=float, default=0.0, help="between what is cut (0)")
+    parser.add_argument("--kerf", type=float, default=0.0, help="width of the cut, half of it outside of each outline (0)")
+    parser.set_defaults(run=_laths)
+
+
+def _laths(server: "object", given: argparse.Namespace) -> None:
+    session = server.session(given.session)  # type: ignore[attr-defined]
+    if not hasattr(session, "laths"):
+        raise LimberError("INVALID_ARGUMENT", f"session {given.session} is of an elastic body, which has no laths", "session")
+    made = session.laths(given.unit, given.overhang)
+    layout = {"sheet": given.sheet, "margin": given.margin, "gap": given.gap, "kerf": given.kerf}
+    if given.csv:
+        print(made.save_csv(given.csv))
+    if given.dxf:
+        print(made.save_dxf(given.dxf, hole=given.hole, **layout))
+    if given.svg:
+        print(*made.save_svg(given.svg, hole=given.hole, **layout), sep="\n")
+    if not (given.csv or given.dxf or given.svg):
+        print(made.csv(), end="")
+
+
+def _add_save(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("file")
+    parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of .glb, as a share of the size (%(default)g)")
+    parser.add_argument("--up", choices=("y", "z"), default="z", help="of the scene, for .glb (z)")
+    parser.add_argument("--surface", help="an .obj that was drawn around the tets of a body and follows them")
+    parser.set_defaults(run=_save)
+
+
+def _save(server: "object", given: argparse.Namespace) -> None:
+    saved = server.session(given.session).save(given.file, tolerance=given.tolerance, up=given.up,  # type: ignore[attr-defined]
+                                               surface=given.surface)
+    print(*saved.files, sep="\n")
+    if saved.targets:
+        print(f"{saved.targets} morph targets, off by at most {saved.error:.3g}", file=sys.stderr)
+
+
+def _add_picture(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("file")
+    parser.add_argument("--colour", default="none", help="none, displacement, strain, stress, utilisation: see the guide")
+    parser.add_argument("--frame", type=int, default=-1, help="the last one by default")
+    parser.add_argument("--view", type=float, nargs=2, default=(-60.0, 25.0), metavar=("AZIMUTH", "ELEVATION"))
+    parser.add_argument("--up", choices=("y", "z"), default="z")
+    parser.add_argument("--yield-stress", type=float, help="for the utilisation of linkages [Pa]")
+    parser.add_argument("--title", default="")
+    parser.set_defaults(run=_picture)
+
+
+def _picture(server: "object", given: argparse.Namespace) -> None:
+    print(server.session(given.session).picture(  # type: ignore[attr-defined]
+        given.file, colour=given.colour, frame=given.frame, view=given.view, up=given.up, title=given.title,
+        yield_stress=given.yield_stress))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

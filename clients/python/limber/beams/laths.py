@@ -1,0 +1,88 @@
+"""Which elements of a structure of beams are one piece: its members, as laths."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import checks
+from ..errors import LimberError, invalid
+from ..laths import UNITS, Hole, Lath, Laths, crossed, runs
+
+if TYPE_CHECKING:
+    from .session import BeamSession
+
+STRAIGHT = 15.0  # turn at a node up to which two elements are one member [degree]
+
+
+def of(session: "BeamSession", unit: str, overhang: float, straight: float) -> Laths:
+    """Members as drawn, with the stresses of the newest equilibrium."""
+    checks.one_of(unit, UNITS, "unit")
+    if not 0 <= checks.real(overhang, "overhang") < np.inf:
+        raise invalid("overhang", f"overhang must be >= 0, is {overhang}")
+    if not 0 <= checks.real(straight, "straight") <= 180:
+        raise invalid("straight", f"straight must be in [0, 180] degrees, is {straight}")
+    solution, scene = session.solution(), session.scene()
+    structure = scene.beams.structure
+    if not len(structure.elements):
+        raise LimberError("FAILED_PRECONDITION", "this structure has no elements")
+    nodes = np.array([[node.position.x, node.position.y, node.position.z] for node in structure.nodes])
+    pairs = np.array([[element.start, element.finish] for element in structure.elements])
+    kinds = [(element.section, element.kind) for element in structure.elements]
+    scale = 1.0 / UNITS[unit]
+    drawn = np.linalg.norm(nodes[pairs[:, 1]] - nodes[pairs[:, 0]], axis=1)
+    rests = np.array([element.rest_length or length for element, length in zip(structure.elements, drawn)]) * scale
+    made = []
+    for number, (elements, at_nodes) in enumerate(members(nodes, pairs, kinds, straight)):
+        section = structure.sections[kinds[elements[0]][0]]
+        width, height, words = _size(section, scale)
+        at = overhang + np.concatenate([[0.0], np.cumsum(rests[list(elements)])])
+        cuts = (0.0, *at[1:-1].tolist(), float(at[-1]) + overhang)
+        holes = tuple(Hole(int(node), float(where), (), *[float("nan")] * 4) for node, where in zip(at_nodes, at))
+        made.append(Lath(number=number, parts=elements, length=cuts[-1], cuts=cuts,
+                         widths=(width,) * len(elements), heights=(height,) * len(elements), holes=holes,
+                         closed=at_nodes[0] == at_nodes[-1], largest_stress=float(solution.stresses[list(elements)].max()),
+                         section=words))
+    sections = {lath.section for lath in made}
+    return Laths(name=scene.name, unit=unit, section=sections.pop() if len(sections) == 1 else "", laths=_joined(made),
+                 youngs_modulus=structure.sections[0].young, revision=session.status().revision, converged=solution.converged)
+
+
+def members(nodes: np.ndarray, pairs: np.ndarray, kinds: "list[Any]",
+            straight: float) -> "list[tuple[tuple[int, ...], list[int]]]":
+    """Elements in order with the nodes along them: at each node the straightest pairs of one section go on."""
+    ends: "dict[int, list[tuple[int, int]]]" = {}
+    for e, (start, finish) in enumerate(pairs):
+        ends.setdefault(int(start), []).append((e, 0))
+        ends.setdefault(int(finish), []).append((e, 1))
+    follows: "dict[tuple[int, int], tuple[int, int]]" = {}
+    for node, meeting in ends.items():
+        away = {(e, end): _unit(nodes[pairs[e, 1 - end]] - nodes[node]) for e, end in meeting}
+        turns = sorted((float(np.degrees(np.arccos(np.clip(-away[a] @ away[b], -1, 1)))), a, b)
+                       for i, a in enumerate(meeting) for b in meeting[i + 1:] if kinds[a[0]] == kinds[b[0]])
+        for turn, a, b in turns:
+            if turn <= straight and a not in follows and b not in follows:
+                follows[a], follows[b] = b, a
+    return [(tuple(element for element, _ in run),
+             [int(pairs[run[0][0], run[0][1]])] + [int(pairs[element, 1 - end]) for element, end in run])
+            for run, _ in runs(len(pairs), follows)]
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / max(float(np.linalg.norm(vector)), 1e-300)
+
+
+def _size(section: Any, scale: float) -> "tuple[float, float, str]":
+    """Width, height and words."""
+    if section.HasField("tube"):
+        outer, inner = 2 * section.tube.outer_radius * scale, 2 * section.tube.inner_radius * scale
+        return outer, outer, f"tube {outer:.6g} x {inner:.6g}" if inner else f"rod {outer:.6g}"
+    width, height = section.rectangle.width * scale, section.rectangle.height * scale
+    return width, height, f"rectangle {width:.6g} x {height:.6g}"
+
+
+def _joined(made: "list[Lath]") -> "tuple[Lath, ...]":
+    """Holes are where other members meet; a member's other nodes are none."""
+    return tuple(replace(lath, holes=tuple(hole for hole in lath.holes if hole.crosses)) for lath in crossed(made))

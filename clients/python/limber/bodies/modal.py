@@ -1,0 +1,89 @@
+"""The linear body behind a session: masses, stiffness, modes, made here from its mesh and material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import checks
+from ..errors import LimberError, invalid
+
+if TYPE_CHECKING:
+    from ..messages import scene as messages
+    from .session import Session
+
+
+@dataclass(frozen=True)
+class Modal:
+    """Degrees of freedom are x, y, z of each node in turn, 3n; SI units. Matrices are scipy.sparse.csr_matrix."""
+
+    mass: Any                # M, 3n x 3n, consistent [kg]
+    lumped_mass: np.ndarray  # (3n,) the same put to the nodes [kg]
+    stiffness: Any           # K, 3n x 3n, of the rest shape [N/m]
+    free: np.ndarray         # (3n,) bool: of nodes that are not fixed
+    modes: np.ndarray        # W, 3n x r: W^T M W = 1 [1/sqrt(kg)], 0 at fixed nodes; elastic ones, the slowest first
+    frequencies: np.ndarray  # (r,) [Hz]: K W = M W (2 pi f)^2
+    # (r,) of the session's own modes, before anything is fitted, as their stiffness says [Hz]. In frames they swing a little faster: at
+    # asin(pi f / frames per second) / pi * frames per second, which is what material() tells.
+    reported: np.ndarray
+    # How many times faster the session's modes are than the material: 1 where its dynamics have period_frames 0.
+    speed: float
+
+
+def of(session: "Session", modes: int | None) -> Modal:
+    """modes: how many; those of the session by default."""
+    try:
+        import scipy.sparse.linalg
+    except ImportError as error:
+        raise LimberError("UNSUPPORTED", f"modal() needs the Python package scipy (python3-scipy): {error}") from error
+    scene, geometry = session.settings(), session.geometry()
+    rate = scene.dynamics.frames_per_second
+    reported = np.sqrt([mode.stiffness for mode in session.material().initial]) * rate / (2 * np.pi)
+    rigid = 0 if len(scene.fixed_nodes) else 6
+    reported = reported[rigid:]
+    nodes = geometry.rest.astype(float) * scene.length_unit_in_metres
+    mass, stiffness = matrices(nodes, geometry.tets, scene.material)
+    free = np.ones(len(nodes), dtype=bool)
+    free[list(scene.fixed_nodes)] = False
+    free = np.repeat(free, 3)
+    count = len(reported) if modes is None else checks.whole(modes, "modes")
+    if not 0 < count < free.sum() - rigid:
+        raise invalid("modes", f"modes must be in [1, {free.sum() - rigid - 1}], is {count}")
+    k, m = stiffness[free][:, free], mass[free][:, free]
+    # Around a little below 0, so that the matrix that is factored is regular where nothing is fixed.
+    shift = -1e-6 * float(k.diagonal().sum() / m.diagonal().sum())
+    values, vectors = scipy.sparse.linalg.eigsh(k, count + rigid, m, sigma=shift)
+    order = np.argsort(values)[rigid:]
+    found = np.zeros((len(free), count))
+    found[free] = vectors[:, order]
+    frequencies = np.sqrt(np.maximum(values[order], 0)) / (2 * np.pi)
+    shared = min(len(reported), count)
+    speed = float(reported[0] / frequencies[0]) if shared else 1.0
+    return Modal(mass, np.asarray(mass.sum(axis=1)).ravel(), stiffness, free, found, frequencies, reported, speed)
+
+
+def matrices(nodes: np.ndarray, tets: np.ndarray, material: "messages.Material") -> "tuple[Any, Any]":
+    """Consistent mass [kg] and linear stiffness [N/m] of linear tets of one material; nodes in metres."""
+    import scipy.sparse
+    edges = np.swapaxes(nodes[tets[:, 1:]] - nodes[tets[:, :1]], 1, 2)
+    volumes = np.abs(np.linalg.det(edges)) / 6
+    slopes = np.linalg.inv(edges)  # rows: gradients of the last three shape functions
+    slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)  # tets x 4 x 3
+    young, poisson = material.youngs_modulus, material.poissons_ratio
+    shear = young / (2 * (1 + poisson))
+    bulk = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    # Of corners a, b and directions i, j: V (lambda g_ai g_bj + mu (g_aj g_bi + g_a . g_b delta_ij)).
+    outer = np.einsum("tai,tbj->tabij", slopes, slopes)
+    block = bulk * outer + shear * (np.swapaxes(outer, 3, 4)
+                                    + np.einsum("tak,tbk,ij->tabij", slopes, slopes, np.eye(3)))
+    block *= volumes[:, None, None, None, None]
+    shares = material.density / 20 * (np.ones((4, 4)) + np.eye(4))
+    masses = np.einsum("t,ab,ij->tabij", volumes, shares, np.eye(3))
+    at = 3 * tets[:, :, None] + np.arange(3)  # tets x 4 x 3
+    rows = np.broadcast_to(at[:, :, None, :, None], block.shape).ravel()
+    columns = np.broadcast_to(at[:, None, :, None, :], block.shape).ravel()
+    size = 3 * len(nodes)
+    return tuple(scipy.sparse.coo_matrix((values.ravel(), (rows, columns)), (size, size)).tocsr()
+                 for values in (masses, block))

@@ -1,0 +1,62 @@
+"""Binary glTF 2.0 (.glb) of a surface that moves by morph targets."""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import numpy as np
+
+from .moving import MovingSurface
+
+FLOAT, UINT = 5126, 5125
+VERTICES, INDICES = 34962, 34963  # targets of buffer views
+TURNS = {"y": [0.0, 0.0, 0.0, 1.0], "z": [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]}  # quaternions x, y, z, w to glTF's y
+
+
+def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str,
+        texcoords: "np.ndarray | None" = None) -> bytes:
+    """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y.
+    texcoords: vertices x 2, from the upper left corner."""
+    chunks, views, accessors = bytearray(), [], []
+
+    def add(values: np.ndarray, kind: str, component: int, target: "int | None", bounds: bool) -> int:
+        view = {"buffer": 0, "byteOffset": len(chunks), "byteLength": values.nbytes}
+        views.append(view if target is None else {**view, "target": target})
+        chunks.extend(values.tobytes())
+        made = {"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind}
+        if bounds:
+            made["min"], made["max"] = (np.atleast_1d(edge(values, axis=0)).astype(float).tolist() for edge in (np.min, np.max))
+        accessors.append(made)
+        return len(accessors) - 1
+
+    def vectors(values: np.ndarray) -> int:
+        return add(np.ascontiguousarray(values, dtype="<f4"), "VEC3", FLOAT, VERTICES, True)
+
+    primitive = {"attributes": {"POSITION": vectors(base)}, "material": 0, "mode": 4,
+                 "indices": add(np.ascontiguousarray(surface.faces.ravel(), dtype="<u4"), "SCALAR", UINT, INDICES, False)}
+    if texcoords is not None:
+        primitive["attributes"]["TEXCOORD_0"] = add(np.ascontiguousarray(texcoords, dtype="<f4"), "VEC2", FLOAT, VERTICES, False)
+    mesh = {"name": surface.name or "surface", "primitives": [primitive]}
+    document = {
+        "asset": {"version": "2.0", "generator": "limber"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": surface.name or "motion", "mesh": 0, "rotation": [float(part) for part in TURNS[up]],
+                   "scale": [surface.metres] * 3}],
+        "materials": [{"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [0.75, 0.55, 0.3, 1.0],
+                                                                      "metallicFactor": 0.0, "roughnessFactor": 0.7}}],
+        "meshes": [mesh]}
+    if len(targets):
+        primitive["targets"] = [{"POSITION": vectors(target)} for target in targets]
+        mesh["weights"] = [float(weight) for weight in weights[0]]
+        mesh["extras"] = {"targetNames": [f"motion {k + 1}" for k in range(len(targets))]}
+        times = (np.arange(len(weights)) / surface.frames_per_second).astype("<f4")
+        sampler = {"input": add(times, "SCALAR", FLOAT, None, True), "interpolation": "LINEAR",
+                   "output": add(np.ascontiguousarray(weights.ravel(), dtype="<f4"), "SCALAR", FLOAT, None, False)}
+        document["animations"] = [{"name": "motion", "samplers": [sampler],
+                                   "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}]}]
+    document |= {"accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(chunks)}]}
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks.extend(b"\0" * (-len(chunks) % 4))
+    header = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(chunks))
+    return header + struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(chunks), b"BIN\0") + bytes(chunks)

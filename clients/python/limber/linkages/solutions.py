@@ -1,0 +1,175 @@
+"""Where a linkage rests, and what is in it: forces, moments and stresses along its segments, reactions at its joints."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import checks, exports
+from ..errors import LimberError, invalid
+from ..messages import scene as messages
+from . import sections, statics
+
+if TYPE_CHECKING:
+    from .session import LinkageSession
+
+FIELDS = ("axial_strain", "axial_force", "curvature_1", "curvature_2", "twist_rate", "bending_moment_1",
+          "bending_moment_2", "torque", "largest_normal_stress", "smallest_normal_stress", "torsion_shear_stress",
+          "von_mises_stress")
+
+
+@dataclass(frozen=True)
+class LinkageSolution:
+    """Rows are joints, segments or stations. A segment's stations are its first end, the vertices between its edges and its
+    last end: those of segment s are first[s] .. first[s + 1] - 1. Forces in N, moments in N m, stresses in Pa, angles in
+    degrees, other lengths in the length unit. See limber.v1's files of linkages for what the fields of stations mean."""
+
+    revision: int
+    converged: bool              # false: the request has no solution, and this is the last equilibrium of the path
+    energy: float                # elastic [J]
+    mean_angle: float            # [degree]
+    length_unit_in_metres: float
+    positions: np.ndarray        # joints x 3
+    normals: np.ndarray          # joints x 3, unit: the axes of the joints
+    angles: np.ndarray           # (joints,) opening angles
+    reaction_forces: np.ndarray  # joints x 3: what pins do to the joints whose motion they hold; 0 elsewhere
+    reaction_moments: np.ndarray  # joints x 3, about the joint
+    loads: np.ndarray            # joints x 3: forces of conditions
+    spring_forces: np.ndarray    # targets x 3: what each spring does to the linkage
+    weights: np.ndarray          # segments x 3
+    unbalanced_forces: np.ndarray  # joints x 3: what is left at joints that nothing holds, by the rods' discretisation
+    joints_of_segment: np.ndarray  # segments x 2; -1: a free end
+    rest_lengths: np.ndarray     # (segments,) between their ends
+    lengths: np.ndarray          # (segments,)
+    section_scales: np.ndarray   # (segments,)
+    end_forces: np.ndarray       # segments x 2 x 3: what the segment does to what is at its first and last end
+    end_moments: np.ndarray      # segments x 2 x 3
+    first: np.ndarray            # (segments + 1,) stations
+    points: np.ndarray           # stations x 3
+    directors: np.ndarray        # stations x 3: d1, unit
+    axial_strains: np.ndarray    # (stations,), as all below
+    axial_forces: np.ndarray
+    curvatures: np.ndarray       # stations x 2: towards d1 and d2 [1 / length unit]
+    twist_rates: np.ndarray      # [radian / length unit]
+    bending_moments: np.ndarray  # stations x 2: against these
+    torques: np.ndarray
+    normal_stresses: np.ndarray  # stations x 2: the largest and the smallest of the section
+    shear_stresses: np.ndarray   # by torsion; NaN where sharp inner corners leave it without bound
+    von_mises_stresses: np.ndarray  # a bound of them; NaN where the shear has none
+    stresses: np.ndarray         # (segments,): the largest von Mises stress, or normal stress where that is not known
+    utilisations: np.ndarray     # (segments,): of the yield stress; 0 where none is given
+
+    def stations(self, segment: int) -> slice:
+        """Those of a segment, in arrays of stations."""
+        return slice(int(self.first[segment]), int(self.first[segment + 1]))
+
+
+def of(session: "LinkageSession", yield_stress: float | None = None) -> LinkageSolution:
+    """Of the newest final shape."""
+    if yield_stress is not None and not checks.real(yield_stress, "yield_stress") > 0:
+        raise invalid("yield_stress", f"yield_stress must be > 0 Pa, is {yield_stress}")
+    for _ in range(8):
+        (content,) = exports.fetch(session, "json").values()
+        shape = json.loads(content)
+        scene = session.scene()
+        if int(shape["revision"]) == session.status().revision:
+            return from_json(shape, scene, yield_stress)
+        session.wait(session.status().revision)
+    raise LimberError("FAILED_PRECONDITION", "other clients edit this linkage faster than it settles")
+
+
+def from_json(shape: "dict[str, Any]", scene: "messages.Scene", yield_stress: float | None = None) -> LinkageSolution:
+    """shape: as the export `json` has it, of this scene and its conditions."""
+    unit = float(shape["length_unit_in_metres"])
+    joints, segments = shape["joints"], shape["segments"]
+    first = np.concatenate([[0], np.cumsum([len(segment["stations"]["position"]) for segment in segments])])
+    points, directors = (_rows(segments, name, 3) for name in ("position", "director_1"))
+    field = {name: _rows(segments, name) for name in FIELDS}
+    bending = np.stack([field["bending_moment_1"], field["bending_moment_2"]], axis=1)
+    normal_stresses = np.stack([field["largest_normal_stress"], field["smallest_normal_stress"]], axis=1)
+    pairs = np.array([[-1 if joint is None else joint for joint in segment["joints"]] for segment in segments],
+                     dtype=np.int32).reshape(-1, 2)
+    rests, lengths, scales = (np.array([segment[name] for segment in segments], dtype=float)
+                              for name in ("rest_length", "length", "section_scale"))
+    positions = np.array([joint["position"] for joint in joints], dtype=float).reshape(-1, 3)
+
+    linkage = scene.linkage
+    conditions = linkage.conditions
+    per_metre = linkage.material.density * sections.area(linkage.section) * unit ** 2
+    weights = (rests * unit * scales ** 2 * per_metre)[:, None] * _vector(conditions.gravity)
+    springs, pulls = _springs(conditions, positions, points, first, unit)
+    end_forces, end_moments = np.zeros((len(segments), 2, 3)), np.zeros((len(segments), 2, 3))
+    for s in range(len(segments)):
+        at = slice(first[s], first[s + 1])
+        found = statics.end_forces(points[at] * unit, directors[at], field["axial_force"][at], bending[at],
+                                   field["torque"][at], weights[s] / max(lengths[s] * unit, 1e-300), pulls.get(s, []))
+        end_forces[s], end_moments[s] = found[:2], found[2:]
+
+    forces, moments, loads = (np.zeros((len(joints), 3)) for _ in range(3))
+    for end in (0, 1):
+        joined = pairs[:, end] >= 0
+        np.add.at(forces, pairs[joined, end], end_forces[joined, end])
+        np.add.at(moments, pairs[joined, end], end_moments[joined, end])
+    for load in conditions.loads:
+        loads[load.joint] += _vector(load.force)
+        moments[load.joint] += _vector(load.moment)
+    forces += loads
+    for target, spring in zip(conditions.targets, springs):
+        if target.WhichOneof("at") == "joint":
+            forces[target.joint] += spring
+    held = np.zeros(len(joints), dtype=bool)
+    for pin in conditions.pins:
+        held[pin.joint] = pin.held in (messages.HELD_MOTION, messages.HELD_MOTION_AND_ANGLE, messages.HELD_UNSPECIFIED)
+
+    von_mises = field["von_mises_stress"]
+    normal = np.abs(normal_stresses).max(axis=1)
+    bound = np.where(np.isfinite(von_mises), von_mises, normal)
+    stresses = np.array([bound[first[s]:first[s + 1]].max() for s in range(len(segments))])
+    return LinkageSolution(
+        revision=int(shape["revision"]), converged=not shape["solve_failed"],
+        energy=sum(shape["energy"][name] for name in ("stretching", "bending", "twisting")),
+        mean_angle=float(shape["mean_opening_angle"]), length_unit_in_metres=unit, positions=positions,
+        normals=np.array([joint["normal"] for joint in joints], dtype=float).reshape(-1, 3),
+        angles=np.array([joint["opening_angle"] for joint in joints], dtype=float),
+        reaction_forces=np.where(held[:, None], -forces, 0.0), reaction_moments=np.where(held[:, None], -moments, 0.0),
+        loads=loads, spring_forces=springs, weights=weights, unbalanced_forces=np.where(held[:, None], 0.0, forces),
+        joints_of_segment=pairs, rest_lengths=rests, lengths=lengths, section_scales=scales, end_forces=end_forces,
+        end_moments=end_moments, first=first, points=points, directors=directors, axial_strains=field["axial_strain"],
+        axial_forces=field["axial_force"], curvatures=np.stack([field["curvature_1"], field["curvature_2"]], axis=1),
+        twist_rates=field["twist_rate"], bending_moments=bending, torques=field["torque"],
+        normal_stresses=normal_stresses, shear_stresses=field["torsion_shear_stress"], von_mises_stresses=von_mises,
+        stresses=stresses, utilisations=stresses / yield_stress if yield_stress else np.zeros(len(stresses)))
+
+
+def _rows(segments: "list[dict[str, Any]]", name: str, width: int = 0) -> np.ndarray:
+    """Of all stations; what is null is NaN."""
+    values = [np.array(segment["stations"][name], dtype=float) if segment["stations"].get(name) is not None
+              else np.full(len(segment["stations"]["position"]), np.nan) for segment in segments]
+    return np.concatenate(values) if values else np.zeros((0, width) if width else 0)
+
+
+def _vector(message: Any) -> np.ndarray:
+    return np.array([message.x, message.y, message.z], dtype=float)
+
+
+def _springs(conditions: "messages.LinkageConditions", positions: np.ndarray, points: np.ndarray, first: np.ndarray,
+             unit: float) -> "tuple[np.ndarray, dict[int, list[tuple[float, np.ndarray]]]]":
+    """The force of each target's spring, and by segment those at its length, by their share of it."""
+    forces = np.zeros((len(conditions.targets), 3))
+    pulls: "dict[int, list[tuple[float, np.ndarray]]]" = {}
+    for i, target in enumerate(conditions.targets):
+        if target.WhichOneof("at") == "joint":
+            at = positions[target.joint]
+        else:
+            s = target.segment.segment
+            share = target.segment.share if target.segment.HasField("share") else 0.5
+            line = points[first[s]:first[s + 1]]
+            along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+            at = np.array([np.interp(share * along[-1], along, line[:, axis]) for axis in range(3)])
+        forces[i] = target.stiffness * unit * (_vector(target.position) - at)
+        if target.WhichOneof("at") == "segment":
+            pulls.setdefault(s, []).append((share, forces[i]))
+    return forces, pulls

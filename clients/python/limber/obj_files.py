@@ -1,0 +1,62 @@
+"""Surfaces as artists drew them: vertices in their order, texture coordinates, materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .errors import LimberError
+from .files import read
+
+
+@dataclass(frozen=True)
+class ObjSurface:
+    """What an .obj says, and its bytes."""
+
+    vertices: np.ndarray   # n x 3, in the order of the file
+    texcoords: np.ndarray  # m x 2; none: 0 x 2
+    corners: np.ndarray    # triangles x 3: vertices, polygons cut into fans
+    textures: np.ndarray   # triangles x 3: texture coordinates, -1: none
+    content: bytes
+    libraries: tuple[Path, ...]  # of materials, that are beside it
+
+
+def load(path: Path, field: str) -> ObjSurface:
+    content = read(path, field)
+    vertices, texcoords, corners, textures, libraries = [], [], [], [], []
+    try:
+        for line in content.decode("utf-8", "replace").splitlines():
+            words = line.split()
+            if not words:
+                continue
+            if words[0] == "v":
+                vertices.append([float(word) for word in words[1:4]])
+            elif words[0] == "vt":
+                texcoords.append([float(word) for word in (words[1:3] + ["0"])[:2]])
+            elif words[0] == "f":
+                face = [_corner(word, len(vertices), len(texcoords)) for word in words[1:]]
+                for i in range(1, len(face) - 1):
+                    fan = (face[0], face[i], face[i + 1])
+                    corners.append([corner[0] for corner in fan])
+                    textures.append([corner[1] for corner in fan])
+            elif words[0] == "mtllib":
+                libraries.append(path.parent / line.split(maxsplit=1)[1].strip())
+    except (ValueError, IndexError) as error:
+        raise LimberError("MALFORMED", f"{path} is no .obj of a surface: {error}", field) from error
+    made = ObjSurface(np.array(vertices, dtype=float).reshape(-1, 3), np.array(texcoords, dtype=float).reshape(-1, 2),
+                      np.array(corners, dtype=np.int64).reshape(-1, 3), np.array(textures, dtype=np.int64).reshape(-1, 3),
+                      content, tuple(library for library in libraries if library.is_file()))
+    if not len(made.corners) or made.corners.min() < 0 or made.corners.max() >= len(vertices):
+        raise LimberError("MALFORMED", f"{path} has no faces, or faces of vertices that are not there", field)
+    return made
+
+
+def _corner(word: str, vertices: int, texcoords: int) -> "tuple[int, int]":
+    """`v`, `v/vt`, `v//vn` or `v/vt/vn`, from 1, or negative from the end."""
+    parts = word.split("/")
+    vertex = int(parts[0])
+    texture = int(parts[1]) if len(parts) > 1 and parts[1] else 0
+    return (vertex - 1 if vertex > 0 else vertices + vertex,
+            -1 if texture == 0 else texture - 1 if texture > 0 else texcoords + texture)

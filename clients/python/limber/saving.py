@@ -1,0 +1,140 @@
+"""Files that the client makes of a motion: what other programs play."""
+
+from __future__ import annotations
+
+import os
+import struct
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Iterable
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from . import checks, gltf, morphs, obj_files, vtu
+from .errors import LimberError, invalid
+from .moving import MovingPoints, MovingSurface
+from .obj_files import ObjSurface
+
+if TYPE_CHECKING:
+    from .open_session import OpenSession
+
+TOLERANCE = 1e-4     # of morph targets, as a share of the size
+MOST_TARGETS = 256
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What was written."""
+
+    files: tuple[Path, ...]
+    frames: int
+    vertices: int           # or points
+    targets: int = 0        # of .glb
+    error: float = 0.0      # the largest distance of a vertex from the motion, in any frame [length unit]
+
+    def __iter__(self):
+        return iter(self.files)
+
+
+def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: float = TOLERANCE, up: str = "z",
+         frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None,
+         surface: "str | os.PathLike[str] | None" = None) -> Saved:
+    """See OpenSession.save()."""
+    target = checks.path(path, "path")
+    ending = checks.one_of(target.suffix.lower(), (".glb", ".mdd", ".pc2", ".pvd", ".csv"), "path")
+    checks.one_of(up, gltf.TURNS, "up")
+    if not 0 < checks.real(tolerance, "tolerance") <= 1:
+        raise invalid("tolerance", f"tolerance must be in (0, 1], is {tolerance}")
+    rate = None if frames_per_second is None else checks.real(frames_per_second, "frames_per_second")
+    if rate is not None and not 0 < rate < float("inf"):
+        raise invalid("frames_per_second", f"frames_per_second must be > 0, is {frames_per_second}")
+    try:
+        if ending == ".csv":
+            if surface is not None:
+                raise invalid("surface", "a .csv has nodes and no surface")
+            return _csv(target, session.moving_points(), rate, nodes)
+        if nodes is not None:
+            raise invalid("nodes", "nodes are of .csv: other files have the whole surface")
+        drawn = None if surface is None else obj_files.load(checks.path(surface, "surface"), "surface")
+        moving = session.moving_surface(None if drawn is None else (drawn.vertices, drawn.corners))
+        moving = moving if rate is None else replace(moving, frames_per_second=rate)
+        if ending == ".glb":
+            return _glb(target, moving, drawn, tolerance, up)
+        return _series(target, moving) if ending == ".pvd" else _cache(target, moving, drawn)
+    except OSError as error:
+        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+
+
+def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", tolerance: float, up: str) -> Saved:
+    texcoords = None
+    if drawn is not None and len(drawn.texcoords) and drawn.textures.min() >= 0 \
+            and drawn.textures.max() < len(drawn.texcoords):
+        # A vertex of glTF has one texture coordinate: those at seams are there more than once.
+        pairs, corners = np.unique(np.stack([drawn.corners.ravel(), drawn.textures.ravel()]), axis=1, return_inverse=True)
+        texcoords = drawn.texcoords[pairs[1]] * (1, -1) + (0, 1)
+        surface = replace(surface, faces=corners.reshape(-1, 3), positions=surface.positions[:, pairs[0]])
+    base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
+    targets, weights = morphs.one_sided(targets, weights)
+    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords))
+    return Saved((target,), len(surface.positions), len(base), len(targets), error)
+
+
+def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> Saved:
+    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn."""
+    frames, vertices = surface.positions.shape[:2]
+    if target.suffix.lower() == ".mdd":
+        times = np.arange(frames) / surface.frames_per_second
+        content = (struct.pack(">ii", frames, vertices) + times.astype(">f4").tobytes()
+                   + surface.positions.astype(">f4").tobytes())
+    else:
+        content = (struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices, 0.0, 1.0, frames)
+                   + surface.positions.astype("<f4").tobytes())
+    target.write_bytes(content)
+    beside = target.with_suffix(".obj")
+    if drawn is not None:
+        beside.write_bytes(drawn.content)
+        copies = [beside.with_name(library.name) for library in drawn.libraries]
+        for library, copy in zip(drawn.libraries, copies):
+            if not copy.exists():
+                copy.write_bytes(library.read_bytes())
+        return Saved((target, beside, *copies), frames, vertices)
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.positions[0].tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
+    beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Saved((target, beside), frames, vertices)
+
+
+def _series(target: Path, surface: MovingSurface) -> Saved:
+    """A .vtu of triangles for each frame beside the .pvd that lists them, with the displacement from the first frame."""
+    frames, vertices = surface.positions.shape[:2]
+    files, sets = [target], []
+    for frame, shape in enumerate(surface.positions):
+        name = f"{target.stem}_{frame:05}.vtu"
+        files.append(target.with_name(name))
+        files[-1].write_text(vtu.triangles(surface.faces, shape, {"displacement": shape - surface.positions[0]}), encoding="ascii")
+        sets.append(f'<DataSet timestep="{frame / surface.frames_per_second:.9g}" file={quoteattr(name)}/>')
+    target.write_text('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
+                      + "\n".join(sets) + "\n</Collection>\n</VTKFile>\n", encoding="utf-8")
+    return Saved(tuple(files), frames, vertices)
+
+
+def _csv(target: Path, points: MovingPoints, rate: float | None, nodes: "Iterable[int] | None") -> Saved:
+    """A row for each point and frame."""
+    numbers = list(points.numbers)
+    places = range(len(numbers))
+    if nodes is not None:
+        wanted = checks.wholes(nodes, "nodes")
+        missing = sorted(set(wanted) - set(numbers))
+        if missing:
+            raise LimberError("OUT_OF_RANGE", f"there is no {points.name} {missing[0]}", "nodes")
+        where = {number: i for i, number in enumerate(numbers)}
+        places = [where[number] for number in wanted]
+    rate = points.frames_per_second if rate is None else rate
+    with open(target, "w", encoding="utf-8") as out:
+        out.write(f"frame,time_s,{points.name},x,y,z\n")
+        for frame, shape in enumerate(points.positions):
+            for i in places:
+                x, y, z = shape[i].tolist()
+                out.write(f"{frame},{frame / rate:.9g},{numbers[i]},{x:.9g},{y:.9g},{z:.9g}\n")
+    return Saved((target,), len(points.positions), len(places))
