@@ -191,6 +191,31 @@ def test_members_of_beams(server):
     assert [(hole.joint, hole.at, hole.crosses) for hole in laths[0].holes] == [(1, 1000, (1,)), (3, 3000, (2,))]
     assert {lath.section for lath in laths} == {"rectangle 40 x 3"}
     assert laths.csv().count("\n") == 1 + sum(len(lath.holes) for lath in laths)
+    assert laths[0].holes[0].angle == pytest.approx(90) and laths[0].holes[1].angle == pytest.approx(math.degrees(math.atan(0.5)))
+    opened.close()
+
+
+def test_members_that_are_bent(server):
+    """A strip pushed into an arch, and one across its crown that hangs on it: curvature from the angle that it turns by."""
+    count = 16
+    held = {f"fix_{kind}": True for kind in ("x", "y", "z", "rotation_x", "rotation_z")}
+    nodes = [(i / 8, 0, 0.02 * math.sin(math.pi * i / count)) for i in range(count + 1)]
+    nodes += [(1, -0.5, 0.02), (1, 0.5, 0.02)]
+    ends = [(i, i + 1) for i in range(count)] + [(17, 8), (8, 18)]
+    opened = server.open({"nodes": [{"position": {"x": x, "y": y, "z": z}} for x, y, z in nodes],
+                          "sections": [{"rectangle": {"width": 0.06, "height": 0.004}, "young": 11e9, "poisson": 0.3}],
+                          "elements": [{"start": a, "finish": b} for a, b in ends],
+                          "supports": [{"node": 0, **held}, {"node": count, **held}]}, progress=False)
+    opened.move_support(count, x=-0.4)
+    opened.wait()
+    laths, solution = opened.laths("m"), opened.solution()
+    (hole,) = laths[0].holes
+    assert (hole.joint, hole.crosses) == (8, (1,)) and hole.angle == pytest.approx(90, abs=0.1)
+    # M / EI with the moment beside the crown; it bends away from the normal, which points up.
+    moment = np.abs(solution.bending_moments[7, 1, 0])
+    assert hole.curvature_normal == pytest.approx(-moment / (11e9 * 0.06 * 0.004 ** 3 / 12), rel=0.05)
+    assert abs(hole.curvature_side) < 1e-6
+    assert laths[1].holes[0].curvature_normal == pytest.approx(0, abs=1e-3)
     opened.close()
 
 

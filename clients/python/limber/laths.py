@@ -23,9 +23,9 @@ class Hole:
     joint: int                # of the linkage, node of a structure of beams
     at: float                 # from the lath's first end
     crosses: tuple[int, ...]  # laths with the same hole
-    angle: float              # the joint's opening angle in the shape [degree]; NaN of beams
+    angle: float              # the joint's opening angle in the shape; of beams between them, in [0, 90] [degree]
     # What the lath is bent to here [1 / unit]: to the left of its direction as seen against the joint's normal, and towards
-    # the normal; and how it is twisted [radian / unit].
+    # the normal (of beams NaN at their ends); and how it is twisted [radian / unit] (of beams NaN).
     curvature_side: float
     curvature_normal: float
     twist_rate: float

@@ -10,9 +10,11 @@ import numpy as np
 from .. import checks
 from ..errors import LimberError, invalid
 from ..laths import UNITS, Hole, Lath, Laths, crossed, runs
+from .surfaces import section_axes, turned
 
 if TYPE_CHECKING:
     from .session import BeamSession
+    from .solutions import BeamSolution
 
 STRAIGHT = 15.0  # turn at a node up to which two elements are one member [degree]
 
@@ -40,13 +42,15 @@ def of(session: "BeamSession", unit: str, overhang: float, straight: float) -> L
         width, height, words = _size(section, scale)
         at = overhang + np.concatenate([[0.0], np.cumsum(rests[list(elements)])])
         cuts = (0.0, *at[1:-1].tolist(), float(at[-1]) + overhang)
-        holes = tuple(Hole(int(node), float(where), (), *[float("nan")] * 4) for node, where in zip(at_nodes, at))
+        bent = _bent(elements, at_nodes, structure, pairs, solution)
+        holes = tuple(Hole(int(node), float(where), (), float("nan"), side / scale, normal / scale, float("nan"))
+                      for node, where, (side, normal) in zip(at_nodes, at, bent))
         made.append(Lath(number=number, parts=elements, length=cuts[-1], cuts=cuts,
                          widths=(width,) * len(elements), heights=(height,) * len(elements), holes=holes,
                          closed=at_nodes[0] == at_nodes[-1], largest_stress=float(solution.stresses[list(elements)].max()),
                          section=words))
     sections = {lath.section for lath in made}
-    return Laths(name=scene.name, unit=unit, section=sections.pop() if len(sections) == 1 else "", laths=_joined(made),
+    return Laths(name=scene.name, unit=unit, section=sections.pop() if len(sections) == 1 else "", laths=_joined(made, solution.positions),
                  youngs_modulus=structure.sections[0].young, revision=session.status().revision, converged=solution.converged)
 
 
@@ -83,6 +87,41 @@ def _size(section: Any, scale: float) -> "tuple[float, float, str]":
     return width, height, f"rectangle {width:.6g} x {height:.6g}"
 
 
-def _joined(made: "list[Lath]") -> "tuple[Lath, ...]":
-    """Holes are where other members meet; a member's other nodes are none."""
-    return tuple(replace(lath, holes=tuple(hole for hole in lath.holes if hole.crosses)) for lath in crossed(made))
+def _bent(elements: "tuple[int, ...]", at_nodes: "list[int]", structure: Any, pairs: np.ndarray,
+          solution: "BeamSolution") -> "list[tuple[float, float]]":
+    """Curvature at each node of a member [1/m], to its side and towards its normal, of the circle through the node and those
+    before and behind it; NaN at its ends."""
+    third = section_axes(structure)[2]
+    made = [(float("nan"), float("nan"))]
+    points = solution.positions[at_nodes]
+    for i in range(1, len(at_nodes) - 1):
+        before, after = points[i] - points[i - 1], points[i + 1] - points[i]
+        lengths = np.linalg.norm(before), np.linalg.norm(after)
+        along = _unit(before / lengths[0] + after / lengths[1])
+        bend = (after / lengths[1] - before / lengths[0]) / ((lengths[0] + lengths[1]) / 2)
+        normal = turned(solution.rotations[None, at_nodes[i]:at_nodes[i] + 1], third[elements[i], None])[0, 0]
+        normal = _unit(normal - (normal @ along) * along)
+        made.append((float(bend @ np.cross(normal, along)), float(bend @ normal)))
+    return made + [(float("nan"), float("nan"))]
+
+
+def _joined(made: "list[Lath]", positions: np.ndarray) -> "tuple[Lath, ...]":
+    """Holes are where other members meet, a member's other nodes are none; their angle is the smallest between its direction and
+    theirs, in [0, 90]."""
+    laths = crossed(made)
+    directions = {(lath.number, hole.joint): _direction(lath, i, positions) for lath in laths for i, hole in enumerate(lath.holes)}
+
+    def angle(lath: Lath, hole: Hole) -> float:
+        own = directions[lath.number, hole.joint]
+        cosines = [abs(own @ directions[other, hole.joint]) for other in hole.crosses]
+        return float(np.degrees(np.arccos(min(max(cosines), 1.0))))
+
+    return tuple(replace(lath, holes=tuple(replace(hole, angle=angle(lath, hole)) for hole in lath.holes if hole.crosses))
+                 for lath in laths)
+
+
+def _direction(lath: Lath, i: int, positions: np.ndarray) -> np.ndarray:
+    """Of a member at one of its nodes, all of which are holes still."""
+    at = [hole.joint for hole in lath.holes]
+    edges = [_unit(positions[at[k + 1]] - positions[at[k]]) for k in (i - 1, i) if 0 <= k < len(at) - 1]
+    return _unit(np.sum(edges, axis=0))
