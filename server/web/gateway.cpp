@@ -6,7 +6,6 @@
 #include <future>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -105,10 +104,14 @@ struct Gateway::Inside {
     for (const auto& visitor : std::exchange(site.visitors, {})) {
       if (const auto open = visitor.lock()) open->finish();
     }
-    // They leave the set while they finish.
-    for (Closable* socket : std::vector<Closable*>(site.sockets.begin(), site.sockets.end()))
-      socket->finish();
+    // They leave the map while they finish.
+    for (const auto& [unused, socket] : std::unordered_map(site.sockets)) socket->finish();
     work.reset();
+  }
+
+  /// What has not finished in time.
+  void drop_all() {
+    for (const auto& [unused, socket] : std::exchange(site.sockets, {})) socket->drop();
   }
 
   Site site;
@@ -143,6 +146,7 @@ void Gateway::stop() {
   if (inside_->ended.get_future().wait_for(kTimeToStop) == std::future_status::timeout)
     inside_->site.io.stop();
   inside_->thread.join();
+  inside_->drop_all();
 }
 
 }  // namespace limber::server::web

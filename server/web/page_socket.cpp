@@ -37,8 +37,6 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
         deadline_(site.io),
         request_(std::move(request)),
         page_(std::move(page)) {
-    site_.sockets.insert(this);
-    site_.counters.web_connections.fetch_add(1, std::memory_order_relaxed);
     beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own
     socket_.set_option(websocket::stream_base::timeout{site.options.handshake, site.options.idle,
                                                        /*keep_alive_pings=*/true});
@@ -52,11 +50,11 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
       socket_.set_option(deflate);
     }
   }
-  ~PageSocket() override { end(); }
-
   void start() {
+    site_.sockets.emplace(this, shared_from_this());
+    site_.counters.web_connections.fetch_add(1, std::memory_order_relaxed);
     socket_.async_accept(request_, [self = shared_from_this()](const Fault& fault) {
-      if (fault) return self->end();
+      if (fault) return self->drop();
       self->accepted();
     });
   }
@@ -65,6 +63,7 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
     pump();
   }
   void drop() override {
+    const auto self = shared_from_this();
     end();
     Fault ignored;
     beast::get_lowest_layer(socket_).socket().close(ignored);
@@ -103,7 +102,10 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
   }
 
   void has_read(const Fault& fault) {
-    if (fault) return drop();
+    if (fault) {
+      log::debug("a page has ended: {}", fault.message());
+      return drop();
+    }
     if (is_closing_) return;  // async_close() reads on
     if (!socket_.got_binary()) return close({kUnsupported, "messages are binary"});
     if (!socket_.is_message_done()) return read();

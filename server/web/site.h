@@ -4,7 +4,7 @@
 #include <deque>
 #include <memory>
 #include <string>
-#include <unordered_set>
+#include <unordered_map>
 
 #include "server/transport/counters.h"
 #include "server/transport/transport.h"
@@ -42,7 +42,8 @@ struct Site {
   const Door door;
   const Files files;
   std::deque<std::weak_ptr<Closable>> visitors;  // those that are no WebSockets, the oldest first
-  std::unordered_set<Closable*> sockets;         // WebSockets
+  // WebSockets, which nothing else keeps while they neither read nor write.
+  std::unordered_map<Closable*, std::shared_ptr<Closable>> sockets;
   bool is_stopping = false;
   boost::asio::io_context io{1};  // last: what waits in it ends before what it uses
 };

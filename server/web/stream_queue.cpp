@@ -19,6 +19,7 @@ StreamQueue::Put StreamQueue::put(const std::string& topic, const SharedMessages
   if (!is_ordered) give_up(waiting);
   for (const auto& bytes : *messages)
     waiting.messages.emplace_back(messages, &bytes);  // shares the ownership of all
+  waiting.bytes += more;
   bytes_ += more;
   if (is_ordered) ordered_bytes_ += more;
   make_room_beside(topic);
@@ -26,21 +27,34 @@ StreamQueue::Put StreamQueue::put(const std::string& topic, const SharedMessages
 }
 
 void StreamQueue::give_up(Topic& topic) {
-  for (const auto& bytes : topic.messages) bytes_ -= cost(*bytes);
+  bytes_ -= topic.bytes;
+  topic.bytes = 0;
   given_up_ += topic.messages.size();
   topic.messages.clear();
 }
 
+const std::string* StreamQueue::largest() const {
+  const std::string* found = nullptr;
+  std::uint64_t most = 0;
+  for (const auto& [name, topic] : topics_) {
+    if (topic.keep == TopicSlots::Keep::kOrder || topic.bytes <= most) continue;
+    found = &name;
+    most = topic.bytes;
+  }
+  return found;
+}
+
 void StreamQueue::make_room_beside(const std::string& topic) {
-  for (auto turn = turns_.begin(); bytes_ > limit_ && turn != turns_.end();) {
+  while (const std::string* most = largest()) {
+    if (bytes_ - topics_.at(*most).bytes <= limit_) return;
+    auto turn = std::find_if(turns_.begin(), turns_.end(), [&](const std::string& name) {
+      return name != topic && name != *most && topics_.at(name).keep == TopicSlots::Keep::kNewest;
+    });
+    if (turn == turns_.end()) turn = std::find(turns_.begin(), turns_.end(), *most);
     const auto found = topics_.find(*turn);
-    if (*turn == topic || found->second.keep == TopicSlots::Keep::kOrder) {
-      ++turn;
-      continue;
-    }
     give_up(found->second);
     topics_.erase(found);
-    turn = turns_.erase(turn);
+    turns_.erase(turn);
   }
 }
 
@@ -53,6 +67,7 @@ std::optional<StreamQueue::Message> StreamQueue::take() {
   std::shared_ptr<const StreamBytes> bytes = std::move(waiting.messages.front());
   waiting.messages.pop_front();
   bytes_ -= cost(*bytes);
+  waiting.bytes -= cost(*bytes);
   if (waiting.keep == TopicSlots::Keep::kOrder) ordered_bytes_ -= cost(*bytes);
   if (waiting.messages.empty()) {
     topics_.erase(found);

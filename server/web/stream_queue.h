@@ -27,7 +27,8 @@ class StreamQueue {
     kOverflow,  // messages in order would pass the limit; nothing was put
   };
   /// Makes room where the limit is passed, by giving up what waits of other topics of kNewest, the
-  /// one that is next first. One publication of kNewest is taken whatever its size.
+  /// one that is next first. The largest publication of kNewest that waits does not count: it may
+  /// be larger than the limit, and still reaches a page that is slow.
   Put put(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
 
   struct Message {
@@ -47,10 +48,12 @@ class StreamQueue {
   struct Topic {
     std::deque<std::shared_ptr<const StreamBytes>> messages;
     TopicSlots::Keep keep = TopicSlots::Keep::kNewest;
+    std::uint64_t bytes = 0;
   };
   static std::uint64_t cost(const StreamBytes& bytes) { return bytes.size() + kMessageBytes; }
   void give_up(Topic& topic);
   void make_room_beside(const std::string& topic);
+  [[nodiscard]] const std::string* largest() const;  // of kNewest; null: there is none
 
   const std::uint64_t limit_;
   std::map<std::string, Topic> topics_;  // those that have messages

@@ -3,6 +3,8 @@
 #include "server/web/visitor.h"
 
 #include <fmt/format.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <optional>
@@ -29,7 +31,11 @@ using Response = http::response<http::span_body<const char>>;
 
 constexpr std::uint32_t kHeadBytes = 16u << 10;
 constexpr std::size_t kVisitors = 64;  // connections that are no WebSockets
-constexpr std::chrono::seconds kTimeToWrite{30};
+constexpr std::chrono::seconds kTimeToWrite{30}, kTimeToLinger{1};
+constexpr std::size_t kLingerBytes = 1u << 20;
+constexpr int kSendBuffer = 256 << 10;  // what a page that sleeps finds first, old frames
+// A machine that went away is noticed within 20 s, as by heartbeats of the sockets.
+constexpr int kAliveIdle = 10, kAliveInterval = 5, kAliveCount = 2;
 
 std::string_view text(beast::string_view view) { return {view.data(), view.size()}; }
 
@@ -167,19 +173,40 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
     if (goes_on) return read();
     Fault ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    drop();
+    stream_.expires_after(kTimeToLinger);
+    linger();
+  }
+
+  /// Closing a socket with unread bytes would take the answer from who has not read it yet.
+  void linger() {
+    buffer_.clear();
+    stream_.async_read_some(buffer_.prepare(kHeadBytes),
+                            [self = shared_from_this()](const Fault& fault, std::size_t bytes) {
+                              self->lingered_ += bytes;
+                              if (fault || self->lingered_ > kLingerBytes) return self->drop();
+                              self->linger();
+                            });
   }
 
   Site& site_;
   beast::tcp_stream stream_;
   std::string local_address_, host_;
   beast::flat_buffer buffer_{2 * kHeadBytes};
+  std::size_t lingered_ = 0;  // bytes
   std::optional<http::request_parser<http::empty_body>> parser_;
   Request request_;
   std::optional<Response> response_;
   std::optional<http::serializer<false, http::span_body<const char>>> serializer_;
   std::shared_ptr<const std::string> owner_;  // of the body
 };
+
+void keep_alive(tcp::socket& socket) {
+  const int file = socket.native_handle(), on = 1;
+  ::setsockopt(file, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+  ::setsockopt(file, IPPROTO_TCP, TCP_KEEPIDLE, &kAliveIdle, sizeof kAliveIdle);
+  ::setsockopt(file, IPPROTO_TCP, TCP_KEEPINTVL, &kAliveInterval, sizeof kAliveInterval);
+  ::setsockopt(file, IPPROTO_TCP, TCP_KEEPCNT, &kAliveCount, sizeof kAliveCount);
+}
 
 /// Who opens connections and asks nothing is dropped for those that come later.
 void make_room(Site& site) {
@@ -198,6 +225,8 @@ void make_room(Site& site) {
 void welcome(Site& site, tcp::socket socket) {
   Fault ignored;
   socket.set_option(tcp::no_delay(true), ignored);
+  socket.set_option(tcp::socket::send_buffer_size(kSendBuffer), ignored);
+  keep_alive(socket);
   make_room(site);
   const auto visitor = std::make_shared<Visitor>(site, std::move(socket));
   site.visitors.push_back(visitor);
