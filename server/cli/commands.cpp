@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <map>
+#include <optional>
 
 #include "engine/base/numerics/sparse_cholesky.h"
 #include "server/cli/serve.h"
@@ -48,6 +49,9 @@ struct CommandLine {
   bool no_cache = false;
   bool allow_shutdown = false;
   fs::path curve_secret, curve_allow;
+  web::Options web;  // served with --web
+  std::string web_address;
+  bool web_beyond_loopback = false, web_deflate = false;
 };
 
 void add_sockets(CLI::App& app, CommandLine& line) {
@@ -81,6 +85,55 @@ void add_sockets(CLI::App& app, CommandLine& line) {
       ->group("Security");
 }
 
+/// What CLI11 makes of an option that is given without its value.
+constexpr const char* kNoValue = "true";
+
+void add_web(CLI::App& app, CommandLine& line) {
+  auto& web = line.web;
+  const auto option = [&](const char* name, auto& value, const char* text) {
+    return app.add_option(name, value, text)->group("Pages");
+  };
+  option("--web", line.web_address,
+         "Serve pages by HTTP and WebSocket: ADDRESS:PORT, PORT 0 for any (127.0.0.1:8080 unless "
+         "given)")
+      ->expected(0, 1)
+      ->type_name("[ADDRESS:PORT]");
+  option("--web-root", web.root, "Serve the files of this folder in place of those compiled in");
+  option("--web-token-file", web.token_file,
+         "The token that pages must show is in this file (mode 600); else a random one is made");
+  option("--web-host", web.hosts,
+         "A name by which browsers may reach this server besides its addresses (repeatable)")
+      ->allow_extra_args(false);
+  option("--web-frame-ancestor", web.frame_ancestors,
+         "Pages of this origin may embed ours: http://HOST:PORT, of a notebook (repeatable)")
+      ->allow_extra_args(false);
+  option("--web-connections", web.connections, "WebSockets at once")->capture_default_str();
+  option("--web-queue-bytes", web.queue_bytes, "Stream messages that may wait for one WebSocket")
+      ->capture_default_str();
+  app.add_flag("--web-deflate", line.web_deflate, "Compress messages where the browser offers it")
+      ->group("Pages");
+  app.add_flag("--web-beyond-loopback", line.web_beyond_loopback,
+               "Other machines may connect. Nothing is encrypted: put a proxy with TLS before it")
+      ->group("Pages");
+}
+
+/// @throws Refusal for an option of pages without --web
+std::optional<web::Options> web_options(const CLI::App& app, const CommandLine& line) {
+  if (app.count("--web") == 0) {
+    for (const char* name :
+         {"--web-root", "--web-token-file", "--web-host", "--web-frame-ancestor",
+          "--web-connections", "--web-queue-bytes", "--web-deflate", "--web-beyond-loopback"}) {
+      if (app.count(name) > 0) throw invalid(name, "is for a limberd with --web");
+    }
+    return std::nullopt;
+  }
+  web::Options web = line.web;
+  if (line.web_address != kNoValue) web.address = line.web_address;
+  if (line.web_deflate) web.deflate = web::Deflate::kOn;
+  if (line.web_beyond_loopback) web.beyond_loopback = web::Beyond::kAllowed;
+  return web;
+}
+
 void add_limits(CLI::App& app, CommandLine& line) {
   auto& limits = line.serve.server.limits;
   const auto option = [&](const char* name, auto& value, const char* text) {
@@ -101,6 +154,7 @@ void add_limits(CLI::App& app, CommandLine& line) {
 
 void add_server_options(CLI::App& app, CommandLine& line) {
   add_sockets(app, line);
+  add_web(app, line);
   add_limits(app, line);
   app.add_option("--threads", line.serve.server.session_threads,
                  "Threads for builds and solves; 0: as many as jobs and cores together")
@@ -174,6 +228,7 @@ int run(int argc, char** argv, const MakeKinds& make_kinds) {
   log::set_level(line.level);
   try {
     if (const auto code = tools.run()) return *code;
+    line.serve.web = web_options(app, line);
     return serve_command(line, make_kinds);
   } catch (const std::exception& fault) {
     return report(app.get_name(), fault);

@@ -1,12 +1,12 @@
 #include "server/cli/serve.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 
 #include "engine/base/error.h"
@@ -26,19 +26,31 @@ std::string json_string(const std::string& text) {
   return out + "\"";
 }
 
-/// Written aside and renamed: who sees the file can read all of it.
+std::string ready_text(const Server& server) {
+  const WebEntrance& web = server.web();
+  const std::string pages = web.url.empty()
+                                ? ""
+                                : fmt::format(", \"web\": {}, \"web_token\": {}",
+                                              json_string(web.url), json_string(web.token));
+  return fmt::format("{{\"requests\": {}, \"stream\": {}, \"pid\": {}, \"instance\": {}{}}}\n",
+                     json_string(server.request_endpoint()), json_string(server.stream_endpoint()),
+                     ::getpid(), json_string(server.instance()), pages);
+}
+
+/// Written aside and renamed: who sees the file can read all of it. With a token in it nobody but
+/// its owner can.
 void write_ready_file(const std::filesystem::path& path, const Server& server) {
   if (path.empty()) return;
   const std::filesystem::path aside = fmt::format("{}.{}", path.string(), ::getpid());
-  {
-    std::ofstream out(aside);
-    out << fmt::format("{{\"requests\": {}, \"stream\": {}, \"pid\": {}, \"instance\": {}}}\n",
-                       json_string(server.request_endpoint()),
-                       json_string(server.stream_endpoint()), ::getpid(),
-                       json_string(server.instance()));
-    if (!out.flush())
-      throw Error(ErrorCode::kIo, "--ready-file", path.string() + " cannot be written");
-  }
+  const std::string text = ready_text(server);
+  std::error_code ignored;
+  std::filesystem::remove(aside, ignored);
+  const mode_t mode = server.web().token.empty() ? 0666 : 0600;
+  const int file = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  const auto written = file < 0 ? -1 : ::write(file, text.data(), text.size());
+  if (file >= 0) ::close(file);
+  if (written != static_cast<ssize_t>(text.size()))
+    throw Error(ErrorCode::kIo, "--ready-file", path.string() + " cannot be written");
   std::filesystem::rename(aside, path);
 }
 
@@ -90,11 +102,13 @@ class Signals {
 
 int serve(const ServeOptions& options, const MakeKinds& make_kinds) {
   std::signal(SIGPIPE, SIG_IGN);
-  Server server(options.server, make_kinds);
+  Server server(options.server, make_kinds, options.web);
   const Signals signals(server, options.curve_allow);
   write_ready_file(options.ready_file, server);
   log::info("limberd {} ready: requests {}, stream {}, instance {}", LIMBER_VERSION,
             server.request_endpoint(), server.stream_endpoint(), server.instance());
+  if (!server.web().url.empty())
+    log::info("pages at {}; `limber web` prints the address with its token", server.web().url);
   const Server::Ending ending = server.run();
   std::error_code ignored;
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file, ignored);

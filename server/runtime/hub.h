@@ -13,6 +13,11 @@
 
 namespace limber::server {
 
+/// Where pages find this server, and what they must show. Empty: it serves none.
+struct WebEntrance {
+  std::string url, token;
+};
+
 /// What every part of the service shares. Outlives all sessions.
 struct Hub {
   explicit Hub(ServerOptions given);
@@ -29,6 +34,7 @@ struct Hub {
   JobRegistry jobs;
   OpenRequests open_requests;
   std::atomic<bool> stopping{false};
+  WebEntrance web;  // set before the transport starts
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   // Last, so that their threads end before anything they use does.
   boost::asio::thread_pool session_pool;  // builds and solves

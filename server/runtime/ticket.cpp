@@ -11,6 +11,7 @@ Ticket::Ticket(Transport& transport, Counters& counters, OpenRequests& open, Add
       counters_(counters),
       open_(open),
       client_(address.envelope.front()),
+      way_(address.local_peer == 0 ? Way::kSocket : Way::kLocalPeer),
       address_(std::move(address)),
       id_(id),
       instance_(std::move(instance)) {

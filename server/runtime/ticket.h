@@ -43,6 +43,9 @@ class Ticket {
   /// A repetition to which another ticket's reply will go.
   void absorb();
   [[nodiscard]] const std::string& client() const { return client_; }
+  /// How it came: by the request socket, or from a client of other ways (LocalPeer).
+  enum class Way { kSocket, kLocalPeer };
+  [[nodiscard]] Way way() const { return way_; }
   [[nodiscard]] bool answered() const { return answered_.load(); }
 
  private:
@@ -55,6 +58,7 @@ class Ticket {
   Counters& counters_;
   OpenRequests& open_;
   const std::string client_;  // its routing id
+  const Way way_;
   Address address_;
   std::uint64_t id_;
   const std::string instance_;

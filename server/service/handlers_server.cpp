@@ -5,8 +5,9 @@
 
 namespace limber::server {
 
-proto::GetServerInfoResponse Service::server_info(const proto::GetServerInfoRequest&) const {
-  proto::GetServerInfoResponse info;
+void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const {
+  proto::Reply reply;
+  auto& info = *reply.mutable_get_server_info();
   info.set_server_version(LIMBER_VERSION);
   info.set_instance(hub_.run.instance);
   info.add_protocol_versions(1);
@@ -37,9 +38,14 @@ proto::GetServerInfoResponse Service::server_info(const proto::GetServerInfoRequ
   out["refused_handshakes"] = counters.refused_handshakes.load();
   out["refused_replies"] = counters.refused_replies.load();
   out["cut_off"] = counters.cut_off.load();
+  out["web_connections"] = counters.web_connections.load();
+  out["web_refused"] = counters.web_refused.load();
   out["unread_bytes"] = hub_.transport.unread_bytes();
   out["open_requests"] = hub_.open_requests.total();
-  return info;
+  info.set_web(hub_.web.url);
+  // Who can ask here without it, may do all that pages may.
+  if (ticket->way() == Ticket::Way::kSocket) info.set_web_token(hub_.web.token);
+  ticket->answer(std::move(reply));
 }
 
 double Service::checked_seconds(double seconds, const char* field) {

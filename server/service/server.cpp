@@ -9,10 +9,12 @@
 
 namespace limber::server {
 
-Server::Server(ServerOptions options, const MakeKinds& make_kinds)
+Server::Server(ServerOptions options, const MakeKinds& make_kinds,
+               const std::optional<web::Options>& pages)
     : hub_(std::move(options)),
       service_(hub_, make_kinds(hub_.options), [this] { request_stop(); }),
       control_work_(boost::asio::make_work_guard(hub_.control)) {
+  if (pages) open_gateway(*pages);
   republish_status();
   control_thread_ = std::thread([this] { hub_.control.run(); });
   hub_.transport.start({[this](Address address, zmq::message_t payload) {
@@ -24,6 +26,13 @@ Server::Server(ServerOptions options, const MakeKinds& make_kinds)
                         },
                         [this](const std::string& client) { service_.gone(client); },
                         [this](const std::string& client) { service_.disconnected(client); }});
+  if (gateway_) gateway_->start();
+}
+
+void Server::open_gateway(web::Options options) {
+  options.message_bytes = hub_.options.transport.message_bytes;
+  gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters);
+  hub_.web = {gateway_->url(), gateway_->token()};
 }
 
 Server::~Server() {
@@ -121,6 +130,7 @@ Server::Ending Server::shut_down() {
     clean = close_sessions(deadline) && answer_everybody(deadline) && clean;
   }
   hub_.transport.stop();
+  if (gateway_) gateway_->stop();
   control_work_.reset();
   hub_.control.stop();
   control_thread_.join();

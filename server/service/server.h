@@ -3,11 +3,13 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "server/runtime/hub.h"
 #include "server/service/service.h"
+#include "server/web/gateway.h"
 
 namespace limber::server {
 
@@ -15,7 +17,9 @@ namespace limber::server {
 class Server {
  public:
   /// @throws Refusal or Error naming the option
-  explicit Server(ServerOptions options, const MakeKinds& make_kinds = standard_kinds);
+  /// @param pages  the gateway for pages; nothing: none
+  explicit Server(ServerOptions options, const MakeKinds& make_kinds = standard_kinds,
+                  const std::optional<web::Options>& pages = std::nullopt);
   /// Stops and waits, if run() has not.
   ~Server();
   Server(const Server&) = delete;
@@ -27,6 +31,8 @@ class Server {
   [[nodiscard]] const std::string& stream_endpoint() const {
     return hub_.transport.stream_endpoint();
   }
+  /// Where pages find it, and what they must show; empty without a gateway.
+  [[nodiscard]] const WebEntrance& web() const { return hub_.web; }
   /// Of this run.
   [[nodiscard]] const std::string& instance() const { return hub_.run.instance; }
   /// Timers and signals run here.
@@ -47,6 +53,7 @@ class Server {
 
  private:
   using Clock = std::chrono::steady_clock;
+  void open_gateway(web::Options options);
   void republish_status();
   Ending shut_down();
   void refuse_and_cancel();
@@ -55,6 +62,7 @@ class Server {
 
   Hub hub_;
   Service service_;
+  std::unique_ptr<web::Gateway> gateway_;  // null: none
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> control_work_;
   Deadline status_again_;
   std::thread control_thread_;

@@ -102,7 +102,7 @@ class Service {
   proto::GetSampleResponse get_sample(const proto::GetSampleRequest& request) const;
 
   // handlers_server.cpp
-  proto::GetServerInfoResponse server_info(const proto::GetServerInfoRequest&) const;
+  void server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);

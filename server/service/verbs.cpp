@@ -58,9 +58,7 @@ Service::Verb Service::verb_of(int body) {
   constexpr Effect kNone = Effect::kNone, kLasting = Effect::kLasting;
   switch (static_cast<Request::BodyCase>(body)) {
     case Request::kGetServerInfo:
-      return {
-          kLight, kNone,
-          &S::reply<&Request::get_server_info, &Reply::mutable_get_server_info, &S::server_info>};
+      return {kLight, kNone, &S::reply_later<&Request::get_server_info, &S::server_info>};
     case Request::kOpenSession:
       return {kHeavy, kLasting,
               &S::reply<&Request::open_session, &Reply::mutable_open_session, &S::open>};

@@ -13,6 +13,8 @@ struct Address {
   std::vector<std::string> envelope;
   std::uint64_t request_id =
       0;  // of the message, for replies that are made when the real one cannot be sent
+  std::uint64_t local_peer =
+      0;  // its number, of a client that is no peer of the socket (LocalPeers)
 };
 
 }  // namespace limber::server

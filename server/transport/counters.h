@@ -22,6 +22,8 @@ struct Counters {
   std::atomic<std::uint64_t> refused_handshakes{0};  // CURVE keys not on the list
   std::atomic<std::uint64_t> refused_replies{0};     // too much is unread: an error in their place
   std::atomic<std::uint64_t> cut_off{0};  // connections: too many subscriptions, key revoked
+  std::atomic<std::uint64_t> web_connections{0};  // WebSockets that are open now
+  std::atomic<std::uint64_t> web_refused{0};      // HTTP requests: wrong token, Host or Origin
 };
 
 }  // namespace limber::server

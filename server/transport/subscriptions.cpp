@@ -4,6 +4,18 @@
 #include <utility>
 
 namespace limber::server {
+namespace {
+
+/// @param prefixes  a set or map of them
+template <class Prefixes>
+bool has_prefix_of(std::string_view topic, const Prefixes& prefixes) {
+  for (std::size_t length = 0; length <= topic.size(); ++length) {
+    if (prefixes.contains(std::string(topic.substr(0, length)))) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_view message) {
   if (message.empty() || (message[0] != 0 && message[0] != 1)) return Noted::kNothing;
@@ -73,10 +85,13 @@ void Subscriptions::forget(std::uint64_t connection) {
 
 bool Subscriptions::has_subscriber(std::string_view topic) const {
   const std::shared_lock lock(mutex_);
-  for (std::size_t length = 0; length <= topic.size(); ++length) {
-    if (prefixes_.contains(std::string(topic.substr(0, length)))) return true;
-  }
-  return false;
+  return has_prefix_of(topic, prefixes_);
+}
+
+bool Subscriptions::is_subscribed(std::uint64_t connection, std::string_view topic) const {
+  const std::shared_lock lock(mutex_);
+  const auto found = subscribers_.find(connection);
+  return found != subscribers_.end() && has_prefix_of(topic, found->second.prefixes);
 }
 
 }  // namespace limber::server

@@ -32,6 +32,8 @@ class Subscriptions {
   /// The connection has ended.
   void forget(std::uint64_t connection);
   [[nodiscard]] bool has_subscriber(std::string_view topic) const;
+  /// Is this connection one?
+  [[nodiscard]] bool is_subscribed(std::uint64_t connection, std::string_view topic) const;
 
  private:
   struct Subscriber {

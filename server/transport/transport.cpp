@@ -239,23 +239,33 @@ void Transport::drain() {
     const std::lock_guard lock(mutex_);
     items.swap(queue_);
   }
-  const auto now = TopicSlots::Clock::now();
-  const auto send = [this](const std::string& topic, const StreamBytes& bytes,
-                           TopicSlots::Force force) { return publish_now(topic, bytes, force); };
   for (auto& item : items) {
     if (auto* outgoing = std::get_if<Outgoing>(&item)) {
       send_now(*outgoing);
     } else if (auto* publication = std::get_if<Publication>(&item)) {
-      add(counters_.replaced,
-          slots_.put(publication->topic, std::move(publication->messages), now, publication->keep));
-      slots_.flush(send, now);  // in the order of publication as long as nobody is full
+      publish_now(*publication);
     } else if (const auto* ended = std::get_if<EndedConnections>(&item)) {
       end_connections(*ended);
+    } else if (auto* event = std::get_if<LocalEvent>(&item)) {
+      apply(*event);
     } else {
       apply(std::get<AllowedKeys>(item));
     }
   }
-  if (!slots_.empty()) slots_.flush(send, now);
+  if (!slots_.empty()) flush_slots();
+}
+
+void Transport::publish_now(Publication& publication) {
+  local_peers_.publish(publication.topic, publication.messages, publication.keep, subscriptions_);
+  add(counters_.replaced, slots_.put(publication.topic, std::move(publication.messages),
+                                     TopicSlots::Clock::now(), publication.keep));
+  flush_slots();  // in the order of publication as long as nobody is full
+}
+
+void Transport::flush_slots() {
+  slots_.flush([this](const std::string& topic, const StreamBytes& bytes,
+                      TopicSlots::Force force) { return publish_now(topic, bytes, force); },
+               TopicSlots::Clock::now());
 }
 
 void Transport::end_connections(const EndedConnections& ended) {
@@ -362,7 +372,8 @@ void Transport::cut_off_displaced() {
     log::warn("cut off the subscriber with most prefixes: all together had {}",
               Subscriptions::kMaxPrefixes);
     add(counters_.cut_off);
-    connections_.cut_off(connection);
+    if (!cut_off_local_peer(connection, "all subscribers together have too many prefixes"))
+      connections_.cut_off(connection);
   }
 }
 
@@ -373,6 +384,7 @@ void Transport::send_now(Outgoing& outgoing) {
     UnreadReplies::Hold unread;
   };
   const auto& envelope = outgoing.address.envelope;
+  if (outgoing.address.local_peer != 0) return send_to_local_peer(outgoing);
   try {
     for (std::size_t i = 0; i < envelope.size(); ++i) {
       const auto flags = zmq::send_flags::sndmore | zmq::send_flags::dontwait;

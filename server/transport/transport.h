@@ -16,6 +16,7 @@
 #include "server/transport/connections.h"
 #include "server/transport/counters.h"
 #include "server/transport/curve.h"
+#include "server/transport/local_peers.h"
 #include "server/transport/subscriptions.h"
 #include "server/transport/topic_slots.h"
 #include "server/transport/unread_replies.h"
@@ -89,6 +90,16 @@ class Transport {
   void allow(std::set<std::string> keys);
   [[nodiscard]] std::uint64_t unread_bytes() const { return unread_.total(); }
 
+  // Clients that come by other ways than the two sockets. Any thread, also before start().
+  /// @returns its number, by which it asks until it leaves
+  std::uint64_t join(std::shared_ptr<LocalPeer> peer);
+  /// @param payload  as a request of the request socket, without frames before it
+  void ask(std::uint64_t peer, std::string payload);
+  /// @param message  as from the XPUB socket: 1 or 0, then the prefix
+  void subscribe(std::uint64_t peer, std::string message);
+  /// As the end of a network connection. Its messages before are handled.
+  void leave(std::uint64_t peer);
+
  private:
   struct Outgoing {
     Address address;
@@ -103,7 +114,7 @@ class Transport {
     std::vector<StreamBytes> messages;
     TopicSlots::Keep keep;
   };
-  using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys>;
+  using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys, LocalEvent>;
 
   void enqueue(Item item);
   void wake() const;
@@ -113,6 +124,14 @@ class Transport {
   void send_now(Outgoing& outgoing);
   void end_connections(const EndedConnections& ended);
   void apply(AllowedKeys& allowed);
+  void publish_now(Publication& publication);
+  void flush_slots();
+  // local_events.cpp
+  void apply(LocalEvent& event);
+  void receive_local_request(LocalEvent& event);
+  void receive_local_subscription(LocalEvent& event);
+  void send_to_local_peer(Outgoing& outgoing);
+  bool cut_off_local_peer(std::uint64_t number, const std::string& reason);
   /// @returns whether its key was taken off the list; it is cut off then
   bool is_revoked(const Peer& peer);
   void receive_requests();
@@ -133,6 +152,8 @@ class Transport {
   Subscriptions subscriptions_;
   TopicSlots slots_;         // the thread's
   Connections connections_;  // the thread's
+  LocalPeers local_peers_;   // the thread's
+  std::atomic<std::uint64_t> last_local_peer_{LocalPeers::kFirstNumber};
   std::thread thread_;
   std::atomic<std::thread::id> thread_id_{};
   std::atomic<bool> stopping_{false};

@@ -34,9 +34,10 @@ SERVER = {
     "server/log": set(),
     "server/wire": set(),
     "server/transport": {"server/wire", "server/log"},
+    "server/web": {"server/wire", "server/log", "server/transport"},
     "server/runtime": {"server/wire", "server/log", "server/transport"},
     "server/kinds": {"server/wire", "server/log", "server/runtime"},
-    "server/service": {"server/wire", "server/log", "server/transport", "server/runtime", "server/kinds",
+    "server/service": {"server/wire", "server/log", "server/transport", "server/web", "server/runtime", "server/kinds",
                        "server/kinds/registry"},
 }
 KIND_ROOM = {"server/wire", "server/log", "server/runtime", "server/kinds"}

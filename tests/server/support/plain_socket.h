@@ -38,6 +38,20 @@ class PlainSocket {
     }
   }
 
+  /// So many bytes, or fewer where the server closed the connection or half a minute is over.
+  [[nodiscard]] std::string receive(std::size_t count) const {
+    std::string bytes(count, '\0');
+    std::size_t at = 0;
+    pollfd item{file_, POLLIN, 0};
+    while (at < count && ::poll(&item, 1, 30'000) > 0) {
+      const auto got = ::recv(file_, bytes.data() + at, count - at, 0);
+      if (got <= 0) break;
+      at += static_cast<std::size_t>(got);
+    }
+    bytes.resize(at);
+    return bytes;
+  }
+
   struct Received {
     std::string bytes;
     bool closed = false;  // by the server

@@ -3,6 +3,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "server/log/log.h"
@@ -27,8 +28,10 @@ inline ServerOptions test_options() {
 /// A server in this process, on real sockets.
 class RunningServer {
  public:
-  explicit RunningServer(ServerOptions options = test_options())
-      : server_(std::move(options)), thread_([this] { ending_ = server_.run(); }) {}
+  explicit RunningServer(ServerOptions options = test_options(),
+                         const std::optional<web::Options>& pages = std::nullopt)
+      : server_(std::move(options), standard_kinds, pages),
+        thread_([this] { ending_ = server_.run(); }) {}
   ~RunningServer() { stop(); }
   Server::Ending stop() {
     if (thread_.joinable()) {

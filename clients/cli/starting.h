@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/cli/context.h"
+#include "limber/v1/service.pb.h"
+
+namespace limber::cli {
+
+/// How a limberd is started.
+struct StartOptions {
+  std::string stream, log;  // empty: chosen
+  double wait_s = 20;
+  std::vector<std::string> more;  // options of limberd
+};
+
+/// Whether one of limberd's options is among those handed over, as `--name X` or `--name=X`.
+[[nodiscard]] bool hands_over(const StartOptions& options, const std::string& name);
+
+enum class Start { kStarted, kRunsAlready };
+/// Starts limberd in the background unless one answers, and waits until it is ready.
+/// @param info  what it says of itself
+Start start_server(const Context& context, const StartOptions& options,
+                   v1::GetServerInfoResponse& info);
+
+/// Whether one answers. @param info  what it says of itself then
+[[nodiscard]] bool answers(const Context& context, client::Milliseconds patience,
+                           v1::GetServerInfoResponse& info);
+
+}  // namespace limber::cli

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/transport/transport.h"
+#include "server/web/options.h"
+
+namespace limber::server::web {
+
+/// Pages' way in: files by HTTP, and for each page WebSockets on which it is a client of the
+/// transport as others are. A thread of its own.
+class Gateway {
+ public:
+  /// Binds. @throws Refusal or Error{kIo} naming the option
+  Gateway(const Options& options, Transport& transport, Counters& counters);
+  ~Gateway();
+  Gateway(const Gateway&) = delete;
+  Gateway& operator=(const Gateway&) = delete;
+
+  void start();
+  /// Sends what waits and closes the connections, within half a second. After the transport was
+  /// stopped. Idempotent.
+  void stop();
+
+  /// http://HOST:PORT
+  [[nodiscard]] const std::string& url() const { return url_; }
+  [[nodiscard]] const std::string& token() const { return token_; }
+
+ private:
+  struct Inside;
+  std::string token_, url_;
+  std::unique_ptr<Inside> inside_;
+};
+
+}  // namespace limber::server::web

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <deque>
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+#include "server/transport/counters.h"
+#include "server/transport/transport.h"
+#include "server/web/door.h"
+#include "server/web/files.h"
+#include "server/web/options.h"
+
+namespace limber::server::web {
+
+/// A connection that can be ended from outside.
+class Closable {
+ public:
+  Closable() = default;
+  virtual ~Closable() = default;
+  Closable(const Closable&) = delete;
+  Closable& operator=(const Closable&) = delete;
+
+  /// The server stops: what waits is sent, then the connection is closed with a reason.
+  virtual void finish() = 0;
+  virtual void drop() = 0;  // at once
+};
+
+/// What all connections share. The gateway's thread alone uses it.
+struct Site {
+  Site(Options given, Transport& its_transport, Counters& its_counters, std::string token)
+      : options(std::move(given)),
+        transport(its_transport),
+        counters(its_counters),
+        door(std::move(token), options.hosts),
+        files(options.root) {}
+
+  const Options options;
+  Transport& transport;
+  Counters& counters;
+  const Door door;
+  const Files files;
+  std::deque<std::weak_ptr<Closable>> visitors;  // those that are no WebSockets, the oldest first
+  // WebSockets, which nothing else keeps while they neither read nor write.
+  std::unordered_map<Closable*, std::shared_ptr<Closable>> sockets;
+  bool is_stopping = false;
+  boost::asio::io_context io{1};  // last: what waits in it ends before what it uses
+};
+
+}  // namespace limber::server::web

@@ -1,0 +1,61 @@
+#include "server/web/token.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <fstream>
+#include <random>
+
+#include "engine/base/error.h"
+
+namespace limber::server::web {
+namespace {
+
+constexpr std::size_t kShortest = 16, kLongest = 128;
+
+bool is_token_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+         c == '_';
+}
+
+}  // namespace
+
+std::string make_token() {
+  std::random_device random;  // of the operating system
+  std::string token;
+  for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", static_cast<std::uint32_t>(random()));
+  return token;
+}
+
+std::string read_token(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+    throw Error(ErrorCode::kIo, file.string(), "is no file that can be read");
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+    throw Error(ErrorCode::kInvalidArgument, file.string(),
+                "others than its owner may read it: chmod 600");
+  std::ifstream in(file);
+  std::string token;
+  if (!std::getline(in, token) && token.empty())
+    throw Error(ErrorCode::kIo, file.string(), "cannot be read, or is empty");
+  if (!token.empty() && token.back() == '\r') token.pop_back();
+  if (token.size() < kShortest || token.size() > kLongest ||
+      !std::all_of(token.begin(), token.end(), is_token_character))
+    throw Error(
+        ErrorCode::kInvalidArgument, file.string(),
+        fmt::format("the token is {} to {} characters of A-Z a-z 0-9 - _, in the first line",
+                    kShortest, kLongest));
+  return token;
+}
+
+bool is_same_token(std::string_view given, std::string_view token) {
+  unsigned difference = given.size() == token.size() ? 0 : 1;
+  for (std::size_t i = 0; i < token.size(); ++i) {
+    const char other = given.empty() ? '\0' : given[i % given.size()];
+    difference |= static_cast<unsigned char>(other) ^ static_cast<unsigned char>(token[i]);
+  }
+  return difference == 0;
+}
+
+}  // namespace limber::server::web

@@ -1,0 +1,118 @@
+#include "server/web/stream_queue.h"
+
+#include <gtest/gtest.h>
+
+namespace limber::server::web {
+namespace {
+
+using Keep = TopicSlots::Keep;
+using Put = StreamQueue::Put;
+using Strings = std::vector<std::string>;
+
+SharedMessages messages(std::vector<StreamBytes> all) {
+  return std::make_shared<const std::vector<StreamBytes>>(std::move(all));
+}
+
+/// So many bytes with all that they cost.
+std::string of_cost(std::uint64_t cost, char letter) {
+  return std::string(cost - StreamQueue::kMessageBytes, letter);
+}
+
+Strings take_all(StreamQueue& queue) {
+  Strings all;
+  while (auto message = queue.take())
+    all.push_back(message->topic + ":" + message->bytes->substr(0, 4));
+  return all;
+}
+
+TEST(StreamQueue, SendsWhatComesInOrder) {
+  StreamQueue queue(1 << 20);
+  queue.put("a", messages({"1", "2"}), Keep::kNewest);
+  EXPECT_EQ(take_all(queue), (Strings{"a:1", "a:2"}));
+  queue.put("a", messages({"3"}), Keep::kNewest);
+  EXPECT_EQ(take_all(queue), Strings{"a:3"});
+  EXPECT_TRUE(queue.empty());
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
+TEST(StreamQueue, APageThatSleepsFindsTheNewestOfEachTopic) {
+  StreamQueue queue(1 << 20);
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_EQ(queue.put("frames", messages({std::to_string(i), "end"}), Keep::kNewest),
+              Put::kTaken);
+    EXPECT_EQ(queue.put("status", messages({std::to_string(i)}), Keep::kNewest), Put::kTaken);
+    EXPECT_LE(queue.bytes(), 3 * (StreamQueue::kMessageBytes + 4));
+  }
+  EXPECT_EQ(take_all(queue), (Strings{"frames:999", "status:999", "frames:end"}));
+  EXPECT_EQ(queue.given_up(), 3u * 999);
+}
+
+TEST(StreamQueue, APublicationThatIsHalfSentGivesWayToTheNextOne) {
+  StreamQueue queue(1 << 20);
+  queue.put("a", messages({"1", "2", "3"}), Keep::kNewest);
+  EXPECT_EQ(*queue.take()->bytes, "1");
+  queue.put("a", messages({"4", "5"}), Keep::kNewest);
+  EXPECT_EQ(take_all(queue), (Strings{"a:4", "a:5"}));
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
+TEST(StreamQueue, TopicsTakeTurns) {
+  StreamQueue queue(1 << 20);
+  queue.put("long", messages({"1", "2", "3"}), Keep::kOrder);
+  queue.put("short", messages({"x"}), Keep::kNewest);
+  EXPECT_EQ(take_all(queue), (Strings{"long:1", "short:x", "long:2", "long:3"}));
+}
+
+TEST(StreamQueue, MessagesInOrderStayOrOverflow) {
+  StreamQueue queue(3000);
+  for (const char letter : {'1', '2', '3'})
+    EXPECT_EQ(queue.put("changes", messages({of_cost(1000, letter)}), Keep::kOrder), Put::kTaken);
+  EXPECT_EQ(queue.put("changes", messages({of_cost(300, '4')}), Keep::kOrder), Put::kOverflow);
+  EXPECT_EQ(queue.bytes(), 3000u);
+  EXPECT_EQ(queue.take()->bytes->front(), '1');
+  EXPECT_EQ(queue.put("other", messages({of_cost(1000, '5')}), Keep::kOrder), Put::kTaken);
+  EXPECT_EQ(queue.put("other", messages({of_cost(1000, '6')}), Keep::kOrder), Put::kOverflow);
+  EXPECT_EQ(take_all(queue), (Strings{"changes:2222", "other:5555", "changes:3333"}));
+  EXPECT_EQ(queue.put("changes", messages({of_cost(3000, '7')}), Keep::kOrder), Put::kTaken);
+}
+
+TEST(StreamQueue, FramesGiveWayToWhatIsNewer) {
+  StreamQueue queue(3000);
+  queue.put("a", messages({of_cost(1000, 'a')}), Keep::kNewest);
+  queue.put("b", messages({of_cost(1000, 'b')}), Keep::kNewest);
+  queue.put("changes", messages({of_cost(1500, 'c')}), Keep::kOrder);
+  EXPECT_EQ(queue.bytes(), 3500u);  // the largest of a and b does not count
+  queue.put("d", messages({of_cost(1200, 'd')}), Keep::kNewest);
+  EXPECT_EQ(queue.bytes(), 3700u);
+  EXPECT_EQ(queue.given_up(), 1u);
+  EXPECT_EQ(take_all(queue), (Strings{"b:bbbb", "changes:cccc", "d:dddd"}));
+}
+
+TEST(StreamQueue, OnePublicationOfFramesMayBeLargerThanTheLimit) {
+  StreamQueue queue(3000);
+  queue.put("changes", messages({of_cost(2000, 'c')}), Keep::kOrder);
+  queue.put("a", messages({of_cost(2000, 'a')}), Keep::kNewest);
+  EXPECT_EQ(queue.put("b", messages({of_cost(9000, 'b'), of_cost(9000, 'B')}), Keep::kNewest),
+            Put::kTaken);
+  EXPECT_EQ(queue.bytes(), 20'000u);
+  EXPECT_EQ(queue.put("b", messages({of_cost(9000, 'n')}), Keep::kNewest), Put::kTaken);
+  EXPECT_EQ(queue.bytes(), 11'000u);
+  queue.put("status", messages({of_cost(300, 's')}), Keep::kNewest);
+  EXPECT_EQ(queue.bytes(), 11'300u);  // small ones do not drive it out
+  queue.put("e", messages({of_cost(5000, 'e')}), Keep::kNewest);
+  EXPECT_EQ(take_all(queue), (Strings{"changes:cccc", "e:eeee"}));
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
+TEST(StreamQueue, AMessageOutlivesItsPublication) {
+  StreamQueue queue(1 << 20);
+  queue.put("a", messages({"1", "2"}), Keep::kNewest);
+  const auto first = queue.take();
+  queue.clear();
+  EXPECT_EQ(*first->bytes, "1");
+  EXPECT_TRUE(queue.empty());
+  EXPECT_FALSE(queue.take());
+}
+
+}  // namespace
+}  // namespace limber::server::web
