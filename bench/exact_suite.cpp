@@ -11,8 +11,7 @@
 // result, shape_error_after of the latter's frames, and the columns of their basis.
 #include <fmt/core.h>
 
-#include <numbers>
-
+#include "bench/exact_scenes.h"
 #include "bench/judge/full_space_judge.h"
 #include "bench/suite.h"
 #include "engine/reduced/full_kinematics.h"
@@ -30,57 +29,6 @@ using Eigen::Index;
 
 constexpr int kJudgeSteps = 400, kQuickJudgeSteps = 60;
 constexpr int kQuickTets = 12'000;
-
-/// Targets along an arc that bends the beam by `angle` [rad] in its plane of least stiffness.
-scene::Scene bent_beam(double angle) {
-  scene::Scene scene = scene::make_sample("beam");
-  scene.constraints.clear();
-  scene.keyframes.clear();
-  scene.frame_count = 200;
-  const auto& nodes = scene.mesh.nodes;
-  const double left = nodes.row(0).minCoeff(), length = nodes.row(0).maxCoeff() - left;
-  for (const double share : {1.0 / 3, 2.0 / 3, 1.0}) {
-    Index node = 0;
-    (nodes.row(0).array() - left - share * length).abs().minCoeff(&node);
-    const double along = nodes(0, node) - left, turn = angle * along / length;
-    const double radius = length / angle;
-    scene::Constraint constraint;
-    constraint.frame = 100;
-    constraint.nodes = {static_cast<int>(node)};
-    constraint.target =
-        Eigen::Vector3d(radius * std::sin(turn) - along, radius * (1 - std::cos(turn)), 0);
-    scene.constraints.push_back(constraint);
-  }
-  return scene;
-}
-
-/// Targets that twist the end of the beam by `angle` [rad].
-scene::Scene twisted_beam(double angle) {
-  scene::Scene scene = scene::make_sample("beam");
-  scene.constraints.clear();
-  scene.keyframes.clear();
-  scene.frame_count = 200;
-  const auto& nodes = scene.mesh.nodes;
-  const double end = nodes.row(0).maxCoeff();
-  const double middle_y = (nodes.row(1).maxCoeff() + nodes.row(1).minCoeff()) / 2;
-  const double middle_z = (nodes.row(2).maxCoeff() + nodes.row(2).minCoeff()) / 2;
-  int corners = 0;
-  for (Index i = 0; i < nodes.cols() && corners < 4; ++i) {
-    const double y = nodes(1, i) - middle_y, z = nodes(2, i) - middle_z;
-    const bool is_corner = nodes(0, i) > end - 1e-9 &&
-                           std::abs(y) > 0.999 * (nodes.row(1).maxCoeff() - middle_y) &&
-                           std::abs(z) > 0.999 * (nodes.row(2).maxCoeff() - middle_z);
-    if (!is_corner) continue;
-    ++corners;
-    scene::Constraint constraint;
-    constraint.frame = 100;
-    constraint.nodes = {static_cast<int>(i)};
-    const double c = std::cos(angle), s = std::sin(angle);
-    constraint.target = Eigen::Vector3d(0, c * y - s * z - y, s * y + c * z - z);
-    scene.constraints.push_back(constraint);
-  }
-  return scene;
-}
 
 class ExactSuite {
  public:
@@ -229,11 +177,10 @@ class ExactSuite {
 
 void exact_suite(const SuiteOptions& options, Recorder& recorder) {
   ExactSuite suite(options, recorder);
-  constexpr double kDegree = std::numbers::pi / 180;
   if (is_selected("beam, bent by 270 degrees"))
-    suite.run("beam, bent by 270 degrees", bent_beam(270 * kDegree));
+    suite.run("beam, bent by 270 degrees", bent_beam(270));
   if (is_selected("beam, twisted by 135 degrees"))
-    suite.run("beam, twisted by 135 degrees", twisted_beam(135 * kDegree));
+    suite.run("beam, twisted by 135 degrees", twisted_beam(135));
   for (const testing::BodyFile& file : testing::public_bodies())
     if (is_selected(file.name)) suite.run_public(file);
 }

@@ -55,6 +55,7 @@ void design_ipopt_suite(const SuiteOptions& options, Recorder& recorder);  // wh
 void rods_suite(const SuiteOptions& options, Recorder& recorder);
 void beams_suite(const SuiteOptions& options, Recorder& recorder);
 void exact_suite(const SuiteOptions& options, Recorder& recorder);
+void modes_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_errors_suite(const SuiteOptions& options, Recorder& recorder);
 void estimates_suite(const SuiteOptions& options, Recorder& recorder);

@@ -38,6 +38,10 @@ struct ModelRequest {
   /// r, > 0. kDefaultModes are as many as a smaller mesh has; any other number must be below the
   /// mesh's elastic degrees of freedom.
   int mode_count = kDefaultModes;
+  /// Whether the scene names r, or sessions may choose it; other numbers than kDefaultModes are
+  /// named in any case.
+  enum class ModesBy { kSession, kScene };
+  ModesBy modes_by = ModesBy::kSession;
   double tolerance = 0.01;
   int basis_size = 0;
   int cubature_size = 0;
@@ -46,6 +50,10 @@ struct ModelRequest {
   /// R, modes that material optimisation may mix, >= mode_count; 0: kDefaultCandidates where a
   /// scene is opened with MaterialVariables::kAll (or as many as the mesh has), else mode_count.
   int candidate_modes = 0;
+
+  [[nodiscard]] bool names_modes() const {
+    return modes_by == ModesBy::kScene || mode_count != kDefaultModes;
+  }
 
   static constexpr int kDefaultModes = 30;
   static constexpr int kDefaultCandidates = 80;  // as in the paper's table 1

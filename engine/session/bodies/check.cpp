@@ -22,9 +22,11 @@ bool BodySession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
     if (is_newest) amend(*found);
     return true;
   }
-  if (!is_check_due()) return false;
-  begin_check(lock);
-  return true;
+  if (is_check_due()) {
+    begin_check(lock);
+    return true;
+  }
+  return do_mode_work(lock);
 }
 
 /// Takes the lock, may leave without it. Called by the session's task: what the problem says is
@@ -41,10 +43,8 @@ void BodySession::Impl::begin_check(std::unique_lock<std::mutex>& lock) {
 }
 
 MotionCheck BodySession::Impl::check(const CheckRequest& request, const JobContext& job) {
-  if (!checker_) {
-    const auto model = read([this] { return built_->model; });
-    checker_ = std::make_unique<MotionChecker>(document_.unedited(), model);
-  }
+  if (!checker_ || checker_->model() != request.model)
+    checker_ = std::make_unique<MotionChecker>(document_.unedited(), request.model);
   return checker_->check(request, job);
 }
 

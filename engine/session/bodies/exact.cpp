@@ -35,7 +35,8 @@ void BodySession::Impl::use_level(reduced::LayeredKinematics::Level level) {
 void BodySession::Impl::provide_full() {
   if (!full_body_) {
     full_body_ =
-        std::make_unique<FullBody>(*document_.unedited(), read([this] { return built_->model; }));
+        std::make_unique<FullBody>(std::make_shared<const BodyParts>(*document_.unedited()),
+                                   read([this] { return built_->model; }));
   }
   problem_->provide_full([this] { return full_body_->make_kinematics(); });
 }
@@ -195,9 +196,16 @@ void BodySession::Impl::set_shown(std::shared_ptr<const ShownBasis> shown) {
 
 /// The solver continues from an answer, with all that belongs to it.
 void BodySession::Impl::take_up(const BodyResult& answer, spacetime::Known known) {
-  problem_->set_material(answer.material);
+  if (answer.mode_changes == mode_changes()) problem_->set_material(answer.material);
   start_of_fit_ = answer.start_of_fit;
   problem_->solver().set_weight_scale(answer.weight_scale);
+  if (answer.mode_changes != mode_changes()) {
+    // Its frames are in another basis, its material has other modes, which nobody has fitted.
+    start_of_fit_.reset();
+    problem_->set_shift(nullptr);
+    problem_->solver().warm_start(in_present_modes(answer), known);
+    return;
+  }
   if (!answer.is_exact) {
     problem_->set_shift(nullptr);
     problem_->solver().warm_start(answer.modal, known);

@@ -20,6 +20,10 @@ class FirstPicture {
 
   [[nodiscard]] const std::shared_ptr<const ShownBasis>& shown() const { return shown_; }
 
+  [[nodiscard]] FirstPictureInfo info() const {
+    return {model_->coordinate_count() - model_->rigid_count, model_->report.error_mean};
+  }
+
   /// Gives the solver what the document says. The motion that it has stays its start.
   void take(const EditBatch& whole);
   /// The first correction of the motion; improve() solves on, a few steps. Results are not final

@@ -32,6 +32,7 @@ void BodySession::Impl::begin_picture(const MappedBody& mapped,
       const std::lock_guard lock(mutex_);
       shown_ = {picture->shown()};
       compact_of_source_ = std::move(compact);
+      picture_info_ = picture->info();
       pictured_ = document_.content() - 1;
     }
     picture_ = std::move(picture);

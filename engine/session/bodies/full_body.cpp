@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/session/bodies/problem_mapping.h"
-
 namespace limber::session {
 namespace {
 
@@ -27,17 +25,21 @@ std::vector<int> frames_to_reconstruct(Index frames, double count,
 
 }  // namespace
 
-FullBody::FullBody(const scene::Scene& scene, std::shared_ptr<const reduced::ReducedModel> model)
-    : model_(std::move(model)), mapped_(std::make_unique<const MappedBody>(map_body(scene))) {
-  if (scene.base_motion.size() > 0) base_ = map_base_motion(scene, mapped_->source_of_compact);
-  reconstruction_ = std::make_shared<const reduced::FullReconstruction>(mapped_->body);
-  shapes_ = std::make_unique<reduced::FullShapes>(mapped_->body, model_, reconstruction_, base_);
+BodyParts::BodyParts(const scene::Scene& scene) : mapped(map_body(scene)) {
+  if (scene.base_motion.size() > 0) base = map_base_motion(scene, mapped.source_of_compact);
+  reconstruction = std::make_shared<const reduced::FullReconstruction>(mapped.body);
 }
 
-FullBody::~FullBody() = default;
+FullBody::FullBody(std::shared_ptr<const BodyParts> parts,
+                   std::shared_ptr<const reduced::ReducedModel> model)
+    : model_(std::move(model)), parts_(std::move(parts)) {
+  shapes_ = std::make_unique<reduced::FullShapes>(parts_->mapped.body, model_,
+                                                  parts_->reconstruction, parts_->base);
+}
 
 std::unique_ptr<reduced::FullKinematics> FullBody::make_kinematics() const {
-  return std::make_unique<reduced::FullKinematics>(mapped_->body, model_, reconstruction_, base_);
+  return std::make_unique<reduced::FullKinematics>(parts_->mapped.body, model_,
+                                                   parts_->reconstruction, parts_->base);
 }
 
 FullBody::Shown FullBody::show(const std::shared_ptr<const Eigen::MatrixXd>& before,
@@ -47,7 +49,7 @@ FullBody::Shown FullBody::show(const std::shared_ptr<const Eigen::MatrixXd>& bef
   const Index count = modal.cols(), own = model_->basis_size();
   LIMBER_DEMAND(reduced.rows() == own && reduced.cols() == count);
   const double affordable =
-      options.max_tet_frames / std::max(1, reconstruction_->gradient().tet_count());
+      options.max_tet_frames / std::max(1, parts_->reconstruction->gradient().tet_count());
   const std::vector<int> frames = frames_to_reconstruct(count, affordable, held);
   const Eigen::MatrixXd part = modal(Eigen::all, frames);
   std::vector<reduced::HeldSite> sites;

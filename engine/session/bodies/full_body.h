@@ -8,10 +8,19 @@
 #include "engine/reduced/full_kinematics.h"
 #include "engine/reduced/full_shapes.h"
 #include "engine/scene/scene.h"
+#include "engine/session/bodies/problem_mapping.h"
 
 namespace limber::session {
 
-struct MappedBody;
+/// What of a body without reduction does not depend on modes: made once, shared between threads.
+struct BodyParts {
+  /// Maps the mesh and factors its Laplacian.
+  explicit BodyParts(const scene::Scene& scene);
+
+  MappedBody mapped;
+  Eigen::MatrixXd base;  // displacements of the base motion, 3n x N [m], or empty
+  std::shared_ptr<const reduced::FullReconstruction> reconstruction;
+};
 
 /// A frame that is always reconstructed, and the nodes that are held in it, if any.
 struct HeldFrame {
@@ -33,9 +42,10 @@ struct ShowOptions {
 /// Driven by one thread.
 class FullBody {
  public:
-  /// Maps the mesh and factors its Laplacian.
-  FullBody(const scene::Scene& scene, std::shared_ptr<const reduced::ReducedModel> model);
-  ~FullBody();
+  FullBody(std::shared_ptr<const BodyParts> parts,
+           std::shared_ptr<const reduced::ReducedModel> model);
+
+  [[nodiscard]] const std::shared_ptr<const BodyParts>& parts() const { return parts_; }
 
   [[nodiscard]] std::unique_ptr<reduced::FullKinematics> make_kinematics() const;
 
@@ -55,9 +65,7 @@ class FullBody {
 
  private:
   std::shared_ptr<const reduced::ReducedModel> model_;
-  std::unique_ptr<const MappedBody> mapped_;
-  Eigen::MatrixXd base_;  // displacements of the base motion, or empty
-  std::shared_ptr<const reduced::FullReconstruction> reconstruction_;
+  std::shared_ptr<const BodyParts> parts_;
   std::unique_ptr<reduced::FullShapes> shapes_;
 };
 

@@ -30,12 +30,23 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
       document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
                                               options.undo_bytes, options.max_constraint_nodes}),
       check_(
-          mutex_, std::move(executor),
+          mutex_, executor,
           [this](const CheckRequest& request, const JobContext& job) {
             return check(request, job);
           },
+          [this] { post(std::unique_lock(mutex_)); }),
+      choice_(
+          mutex_, std::move(executor),
+          [this](const ModeRequest& request, const JobContext& job) {
+            if (!chooser_) {
+              chooser_ = std::make_unique<ModeChooser>(document_.unedited(), *options_.mode_choice,
+                                                       options_.solver, cache_);
+            }
+            return chooser_->choose(request, job);
+          },
           [this] { post(std::unique_lock(mutex_)); }) {
   options_.solver.validate();
+  if (options_.mode_choice) options_.mode_choice->validate();
 }
 
 EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
@@ -69,13 +80,30 @@ void BodySession::Impl::solve_cold(std::uint64_t request) {
 void BodySession::Impl::interrupt_round() {
   interrupt_.store(true, std::memory_order_relaxed);
   check_.stop();
+  choice_.stop();
+  is_choosing_ = is_choice_cancelled_ = false;
+}
+
+void BodySession::Impl::cancel() {
+  {
+    std::unique_lock lock(mutex_);
+    if (is_choosing_ || is_choice_due()) {
+      choice_.stop();
+      is_choosing_ = false;
+      is_choice_cancelled_ = true;
+      post(std::move(lock));
+    }
+  }
+  SessionCore::cancel();
 }
 
 BodyOrder BodySession::Impl::take_order() {
   BodyOrder order;
   order.content = document_.content();
+  order.is_with_fewer_modes = fewer_modes_ > 0;
   order.is_whole = whole_;
-  order.batch = whole_ ? whole_batch(document_) : batch_of(document_, touched_);
+  order.batch =
+      whole_ || order.is_with_fewer_modes ? whole_batch(document_) : batch_of(document_, touched_);
   order.start = cold_ ? BodyOrder::Start::kCold : BodyOrder::Start::kWarm;
   if (cold_) cold_taken_ = cold_requested_;
   order.cold_request = cold_taken_;
@@ -85,8 +113,11 @@ BodyOrder BodySession::Impl::take_order() {
   return order;
 }
 
-/// It calls no listener, and ends by itself.
-void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) { check_.close(wait); }
+/// They call no listener, and end by themselves.
+void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) {
+  check_.close(wait);
+  choice_.close(wait);
+}
 
 scene::Scene BodySession::Impl::scene() const {
   std::shared_ptr<const scene::Scene> unedited;
@@ -95,8 +126,12 @@ scene::Scene BodySession::Impl::scene() const {
   scene::End first_end, last_end;
   scene::Dynamics dynamics;
   scene::MaterialVariables variables;
+  int modes = 0;
+  std::shared_ptr<const Built> built;
   {
     const std::lock_guard lock(mutex_);
+    modes = mode_choice_.modes;
+    built = built_;
     unedited = document_.unedited();
     constraints = document_.constraint_list();
     keyframes = document_.keyframe_list();
@@ -111,6 +146,11 @@ scene::Scene BodySession::Impl::scene() const {
   scene.first_end = first_end;
   scene.last_end = last_end;
   scene.dynamics = dynamics;
+  // A fit is of the modes that the session has; opened anew, it would not choose them.
+  if (built && variables != scene::MaterialVariables::kMotion && modes > scene.model.mode_count) {
+    scene.model.mode_count = modes;
+    scene.model.candidate_modes = built->model->coordinate_count() - built->model->rigid_count;
+  }
   // What the session mixes: opened anew with other variables, the scene would take another number.
   if (scene.model.candidate_modes == 0 && variables != scene.material_optimisation.variables)
     scene.model.candidate_modes = scene::candidate_mode_count(*unedited);

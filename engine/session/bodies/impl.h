@@ -16,6 +16,8 @@
 #include "engine/session/bodies/frame_steps.h"
 #include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/live_problem.h"
+#include "engine/session/bodies/mode_chooser.h"
+#include "engine/session/bodies/mode_question.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/session.h"
 #include "engine/session/core/background_check.h"
@@ -30,7 +32,8 @@ struct BodyOrder {
   EditBatch batch;
   bool is_whole = false;
   Start start = Start::kWarm;
-  std::uint64_t cold_request = 0;  // the newest contained, of this round or an earlier one
+  std::uint64_t cold_request = 0;    // the newest contained, of this round or an earlier one
+  bool is_with_fewer_modes = false;  // the solver must be made anew with those that are enough
 };
 
 class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
@@ -42,6 +45,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected);
   void solve_cold(std::uint64_t request);
   void look_at(spacetime::FrameSpan frames);
+  /// SessionCore::cancel(), and the choice of modes.
+  void cancel();
 
   [[nodiscard]] scene::Scene scene() const;
   [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
@@ -49,6 +54,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// What the build leaves behind for readers.
   struct Built {
     std::shared_ptr<const reduced::ReducedModel> model;
+    std::shared_ptr<const reduced::BaseMotion> base;  // null: none
     std::shared_ptr<const std::vector<int>> compact_of_source;
     std::string message;   // of the model's report, and what it has otherwise than asked for
     std::string accuracy;  // of results, where the model misses its tolerance
@@ -63,10 +69,16 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] const std::deque<std::shared_ptr<const ShownBasis>>& shown() const {
     return shown_;
   }
+  [[nodiscard]] const ModeChoice& mode_choice() const { return mode_choice_; }
+  [[nodiscard]] const std::optional<FirstPictureInfo>& first_picture() const {
+    return picture_info_;
+  }
 
  private:
   using MotionChecks = BackgroundCheck<BodyResult, MotionCheck, CheckRequest>;
   using MotionFound = MotionChecks::Found;
+  using ModeChoices = BackgroundCheck<BodyResult, ModeFinding, ModeRequest>;
+  using ModesFound = ModeChoices::Found;
 
   // impl.cpp: the shared half.
   Revision document_revision() const override { return document_.revision(); }
@@ -80,6 +92,11 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   // task.cpp: the task.
   std::string build(const JobContext& job) override;
   Built build_model(const JobContext& job);
+  [[nodiscard]] std::unique_ptr<LiveProblem> make_problem(
+      const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
+      std::shared_ptr<const reduced::BaseMotion> base, int modes) const;
+  [[nodiscard]] std::shared_ptr<const ShownBasis> make_shown(
+      const MappedBody& mapped, const std::shared_ptr<const reduced::ReducedModel>& model) const;
   // first_picture_task.cpp: what is shown meanwhile.
   /// Where the body is large: makes the picture and publishes it. Failures leave none.
   void begin_picture(const MappedBody& mapped, const reduced::ModelOptions& options,
@@ -178,6 +195,27 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   MotionCheck check(const CheckRequest& request, const JobContext& job);
   void amend(const MotionFound& found);
 
+  // mode_choice_task.cpp: how many modes the scene needs, found out by a task of its own.
+  /// With the lock, the task's: one thing to do about it, if there is any.
+  bool do_mode_work(std::unique_lock<std::mutex>& lock);
+  void begin_choice(std::unique_lock<std::mutex>& lock);
+  [[nodiscard]] bool is_choice_due() const;
+  /// Of a final result: whether its modes are to be compared with others; else says why not.
+  [[nodiscard]] bool is_question(const BodyResult& result);
+  [[nodiscard]] std::string reason_against_question(const BodyResult& result);
+  /// The session continues with what was found.
+  void adopt(const ModesFound& found);
+  void use_more_modes(const ModeFinding& finding, const Round& round, const EditBatch& whole);
+  /// @param whole  of the document; @param is_warm  the new solver continues from the old one's z
+  void use_fewer_modes(const EditBatch& whole, bool is_warm);
+  void note_modes();
+  /// How often the modes have changed.
+  [[nodiscard]] int mode_changes() const { return static_cast<int>(transfers_.size()); }
+  /// The final result again: there is nothing more to wait for.
+  void end_choice(const std::shared_ptr<const BodyResult>& result);
+  /// z of a result in the modes of now.
+  [[nodiscard]] Eigen::MatrixXd in_present_modes(const BodyResult& result) const;
+
   const SessionOptions options_;
   const std::shared_ptr<ModelCache> cache_;
 
@@ -193,6 +231,11 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::deque<std::shared_ptr<const ShownBasis>> shown_;
   std::deque<spacetime::FrameSpan> views_;  // newest first
   std::atomic<bool> interrupt_{false};      // the running solve is out of date
+  ModeChoice mode_choice_;
+  bool is_choosing_ = false;          // a choice was begun, and is not out of date
+  bool is_choice_cancelled_ = false;  // cancel() was called meanwhile
+  int fewer_modes_ = 0;               // to be used from the next round on; 0: none
+  std::optional<FirstPictureInfo> picture_info_;
 
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FirstPicture> picture_;            // the task's, while it builds
@@ -210,8 +253,16 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;
   int material_iterations_ = 0;  // the task's: in what is published next
 
+  int modes_ = 0;                           // the task's: r, elastic modes that swing
+  scene::Dynamics dynamics_;                // the task's: as the solver has them
+  std::optional<ModeQuestion> question_;    // the task's: that was asked last
+  std::optional<ModeQuestion> asked_;       // the task's: and that was answered last
+  std::vector<Eigen::MatrixXd> transfers_;  // the task's: of each change of modes, z' = T z
+
   std::unique_ptr<MotionChecker> checker_;  // the check's task's
   MotionChecks check_;
+  std::unique_ptr<ModeChooser> chooser_;  // the choice's task's
+  ModeChoices choice_;
 };
 
 }  // namespace limber::session

@@ -223,6 +223,16 @@ std::optional<double> LiveProblem::high_frequency_share(const spacetime::Materia
   return spacetime::high_frequency_share(mixed_motion(material, motion, mixed), mode_sizes_);
 }
 
+ModeProblem LiveProblem::mode_problem(const scene::Dynamics& dynamics) const {
+  ModeProblem problem;
+  for (const spacetime::PositionConstraint& constraint : solver_->constraints())
+    problem.constraints.emplace_back(constraint, held_.at(constraint.id).nodes);
+  problem.timeline = solver_->timeline();
+  problem.weight_scale = solver_->weight_scale();
+  problem.dynamics = dynamics;
+  return problem;
+}
+
 CheckRequest LiveProblem::check_request() const {
   CheckRequest request;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
@@ -232,6 +242,7 @@ CheckRequest LiveProblem::check_request() const {
   }
   for (const scene::Keyframe& keyframe : keyframes_)
     request.keyframe_frames.push_back(keyframe.frame);
+  request.model = model_;
   return request;
 }
 

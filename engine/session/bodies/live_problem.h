@@ -12,6 +12,7 @@
 #include "engine/session/bodies/edit_batch.h"
 #include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/keyframe_targets.h"
+#include "engine/session/bodies/mode_chooser.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/material_solver.h"
@@ -92,6 +93,7 @@ class LiveProblem {
   void anchor(spacetime::Known known);
   /// See reduced::FrameShift; null: none, nor anchors. Take the solver's motion up again after it.
   void set_shift(std::shared_ptr<const reduced::FrameShift> shift);
+  [[nodiscard]] const std::shared_ptr<const reduced::FrameShift>& shift() const { return shift_; }
   /// Frames of constraints and keyframes, in any order.
   [[nodiscard]] std::vector<HeldFrame> held_frames() const;
 
@@ -111,6 +113,13 @@ class LiveProblem {
   [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXd& basis,
                                            const Eigen::MatrixXf& q) const {
     return keyframe_targets_->miss(keyframes_, basis, q);
+  }
+  /// The present problem for any number of modes. @param dynamics  as edited
+  [[nodiscard]] ModeProblem mode_problem(const scene::Dynamics& dynamics) const;
+  [[nodiscard]] bool has_keyframes() const { return !keyframes_.empty(); }
+  /// A material was fitted, or may be brought back by undo.
+  [[nodiscard]] bool has_fitted() const {
+    return material_ != initial_ || unfinished_.has_value() || !fitted_.empty();
   }
   /// Targets and frames that a motion of the present problem is checked at; without the motion.
   [[nodiscard]] CheckRequest check_request() const;

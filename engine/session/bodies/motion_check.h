@@ -66,8 +66,9 @@ struct CheckRequest {
   };
 
   std::shared_ptr<const BodyResult> result;
-  std::vector<Target> targets;       // of constraints
-  std::vector<int> keyframe_frames;  // of keyframes
+  std::shared_ptr<const reduced::ReducedModel> model;  // whose coordinates the result has
+  std::vector<Target> targets;                         // of constraints
+  std::vector<int> keyframe_frames;                    // of keyframes
   /// q of the motion with forces alone that the fit of the result's material began with; null where
   /// none was fitted.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
@@ -94,6 +95,8 @@ class MotionChecker {
   MotionChecker(std::shared_ptr<const scene::Scene> scene,
                 std::shared_ptr<const reduced::ReducedModel> model);
   ~MotionChecker();
+
+  [[nodiscard]] const std::shared_ptr<const reduced::ReducedModel>& model() const { return model_; }
 
   /// @throws Error{kCancelled}
   [[nodiscard]] MotionCheck check(const CheckRequest& request, const JobContext& job = {});

@@ -103,6 +103,14 @@ bool BodySession::model_from_cache() const {
   return built && built->from_cache;
 }
 
+ModeChoice BodySession::mode_choice() const {
+  return impl_->read([this] { return impl_->mode_choice(); });
+}
+
+std::optional<FirstPictureInfo> BodySession::first_picture() const {
+  return impl_->read([this] { return impl_->first_picture(); });
+}
+
 Eigen::MatrixXd BodySession::positions(const BodyResult& result, int first_frame,
                                        int frame_count) const {
   return impl_->positions(result, first_frame, frame_count);

@@ -12,6 +12,7 @@
 #include "engine/reduced/reduced_model.h"
 #include "engine/scene/scene.h"
 #include "engine/session/bodies/edit.h"
+#include "engine/session/bodies/mode_choice.h"
 #include "engine/session/bodies/model_cache.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/core/check.h"
@@ -72,6 +73,17 @@ struct BodyResult : ResultHeader {
   /// check, motion_check and a longer message.
   Check check = Check::kNone;
   std::shared_ptr<const MotionCheck> motion_check;  // of kDone; null where it failed (see message)
+  /// How many times the session had changed its modes: `modal` is in those of that time.
+  int mode_changes = 0;
+  /// Of a final result, once it is checked: whether its modes are enough is being found out. An
+  /// amendment without this follows, or a better final result, unless an edit is quicker.
+  bool awaits_modes = false;
+};
+
+/// What was shown until the session's own model was built.
+struct FirstPictureInfo {
+  int modes = 0;          // elastic
+  double error_mean = 0;  // of its shapes, relative, on held-out poses
 };
 
 /// Appends a sentence to a message that may be empty or lack its full stop.
@@ -108,6 +120,9 @@ struct SessionOptions {
   /// Bodies of at least so many tets show a first picture while their model is built, >= 0: it
   /// takes a tenth of smaller ones' builds, and these are done in a second anyway.
   int first_picture_tets = 4000;
+  /// Where the scene does not name r: how it is chosen, after final exact results; none: it stays
+  /// ModelRequest::kDefaultModes.
+  std::optional<ModeChoiceOptions> mode_choice;
 };
 
 /// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit
@@ -161,6 +176,7 @@ class BodySession {
   /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
   /// kCancelled, which contains every edit accepted so far). The session keeps its newest result;
   /// of a cold solve, the final one from before, which is published again if others came between.
+  /// A running choice of modes ends, and is not made again before the constraints change much.
   /// Nothing running: no effect.
   void cancel();
   /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task
@@ -180,6 +196,10 @@ class BodySession {
   [[nodiscard]] std::string model_message() const;
   [[nodiscard]] double build_seconds() const;   // 0 while building
   [[nodiscard]] bool model_from_cache() const;  // false while building
+  /// How many modes, and why; as far as it is known now.
+  [[nodiscard]] ModeChoice mode_choice() const;
+  /// Nothing: there was none.
+  [[nodiscard]] std::optional<FirstPictureInfo> first_picture() const;
 
   /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in
   /// double.

@@ -37,6 +37,7 @@ std::string BodySession::Impl::build(const JobContext& job) {
     picture_.reset();
     compact_of_source_ = built->compact_of_source;
     built_ = std::move(built);
+    note_modes();
     whole_ = true;
     return message;
   } catch (...) {
@@ -71,21 +72,36 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
         reduced::base_motion(mapped.body, *built.model, animation, job.part(0.95, 0.98)));
   }
   job.report("geometry", 0.98);
-  auto shown = std::make_shared<ShownBasis>();
-  shown->basis = {built.model, &built.model->basis};
-  shown->geometry = std::make_shared<const Geometry>(make_geometry(scene, mapped, *built.model));
-  problem_shown_ = std::move(shown);
+  problem_shown_ = make_shown(mapped, built.model);
   full_body_.reset();
   built.compact_of_source = std::make_shared<const std::vector<int>>(mapped.compact_of_source);
   built.message = built.model->report.message;
   append_clause(built.message, model_notes(scene.model, *built.model));
   built.accuracy = describe_accuracy(built.model->report, scene.model.tolerance);
-  problem_ = std::make_unique<LiveProblem>(
-      built.model, base, TargetFrame(scene, mapped),
-      std::make_unique<KeyframeTargets>(scene, built.model),
-      ProblemTerms{scene.frame_count, scene.model.mode_count, scene.material_optimisation},
-      options_.solver);
+  modes_ =
+      std::min(scene.model.mode_count, built.model->coordinate_count() - built.model->rigid_count);
+  built.base = base;
+  problem_ = make_problem(mapped, built.model, std::move(base), modes_);
   return built;
+}
+
+std::unique_ptr<LiveProblem> BodySession::Impl::make_problem(
+    const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
+    std::shared_ptr<const reduced::BaseMotion> base, int modes) const {
+  const scene::Scene& scene = *document_.unedited();
+  auto keyframes = std::make_unique<KeyframeTargets>(scene, model);
+  return std::make_unique<LiveProblem>(
+      std::move(model), std::move(base), TargetFrame(scene, mapped), std::move(keyframes),
+      ProblemTerms{scene.frame_count, modes, scene.material_optimisation}, options_.solver);
+}
+
+std::shared_ptr<const ShownBasis> BodySession::Impl::make_shown(
+    const MappedBody& mapped, const std::shared_ptr<const reduced::ReducedModel>& model) const {
+  auto shown = std::make_shared<ShownBasis>();
+  shown->basis = {model, &model->basis};
+  shown->geometry =
+      std::make_shared<const Geometry>(make_geometry(*document_.unedited(), mapped, *model));
+  return shown;
 }
 
 void BodySession::Impl::solve(const Round& round) {
@@ -97,6 +113,7 @@ void BodySession::Impl::solve(const Round& round) {
   solved_ = true;
   auto again = std::make_shared<BodyResult>(*known);
   again->check = Check::kPending;
+  again->awaits_modes = is_question(*again);
   publish_of_round(std::move(again), round);
 }
 
@@ -116,7 +133,10 @@ void BodySession::Impl::solve_failed(const Round& round, const std::string& reas
 /// @returns the answer that is known already; null where there is none
 std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Round& round) {
   note_edited(round.order.batch);
-  if (round.order.is_whole) {
+  if (round.order.batch.dynamics) dynamics_ = *round.order.batch.dynamics;
+  if (round.order.is_with_fewer_modes) {
+    use_fewer_modes(round.order.batch, !round.order.is_whole);
+  } else if (round.order.is_whole) {
     problem_->start(round.order.batch);
   } else {
     problem_->apply(round.order.batch);
@@ -132,8 +152,9 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
   }
   auto known = answers_.find(round.order.content);
   if (!known) return nullptr;
-  take_up(*known, spacetime::Known::kAnswer);
-  return known;
+  const bool is_of_other_modes = known->mode_changes != mode_changes();
+  take_up(*known, is_of_other_modes ? spacetime::Known::kGuess : spacetime::Known::kAnswer);
+  return is_of_other_modes ? nullptr : known;
 }
 
 void BodySession::Impl::solve_order(const Round& round) {
@@ -214,7 +235,9 @@ bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::So
     answer = final_;
     newest = newest_;
   }
-  if (!answer || answer->revision != round.revision || answer->solve_failed) return false;
+  if (!answer || answer->revision != round.revision || answer->solve_failed ||
+      answer->mode_changes != mode_changes())
+    return false;
   const bool cancelled = ended.status == SolveStatus::kCancelled;
   const bool complete = answer->report.status != SolveStatus::kCancelled;
   spacetime::Solver& solver = problem_->solver();
@@ -250,6 +273,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
     is_exact_ = false;
   }
   if (!is_final || !is_exact_) show_by_model(*result);
+  result->mode_changes = mode_changes();
   if (is_final) {
     result->is_exact = is_exact_;
     result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
@@ -264,6 +288,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
           result->report.message.empty() ? "" : " ", miss.poor_id, miss.poor_frame,
           miss.poor_share);
     }
+    result->awaits_modes = is_question(*result);
   }
   publish_of_round(result, round);
   return result;

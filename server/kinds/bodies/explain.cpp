@@ -38,16 +38,33 @@ std::string reason_of_basis(const proto::ModelInfo& model, const scene::ModelReq
   return reason;
 }
 
-void add_choices(const proto::SessionStatus& status, const scene::Scene& scene, int columns,
-                 Explanation& explanation) {
+std::string reason_of_modes(const proto::ModeChoice& choice) {
+  std::string reason;
+  switch (choice.state()) {
+    case proto::ModeChoice::STATE_NAMED:
+      return "as the scene says";
+    case proto::ModeChoice::STATE_SETTLED:
+    case proto::ModeChoice::STATE_BOUNDED:
+      reason = choice.reason();
+      break;
+    default:
+      return fmt::format("the default, the lowest ones; others were not compared{}{}",
+                         choice.reason().empty() ? "" : ": ", choice.reason());
+  }
+  reason += ". Energies of the optimum by the full map:";
+  for (const proto::ModeEnergy& one : choice.energies())
+    reason += fmt::format(" {:.6g} with {};", one.energy(), one.modes());
+  reason.pop_back();
+  return reason;
+}
+
+/// @param modes  that swing, rigid motions included
+void add_choices(const proto::SessionStatus& status, const scene::Scene& scene, int modes,
+                 int columns, Explanation& explanation) {
   const proto::ModelInfo& model = status.model();
   const scene::ModelRequest& asked = scene.model;
-  const bool modes_asked = asked.mode_count != scene::ModelRequest::kDefaultModes;
-  explanation.choose("modes (r)", model.modes(), by_scene(modes_asked),
-                     modes_asked ? "as the scene says"
-                                 : "the default, the lowest ones; what others would change is not "
-                                   "estimated",
-                     "unknowns of a step grow with it");
+  explanation.choose("modes (r)", modes, by_scene(scene.model.names_modes()),
+                     reason_of_modes(model.mode_choice()), "unknowns of a step grow with it");
   explanation.choose("columns of the model's basis (h)", model.basis_size(),
                      by_scene(asked.basis_size > 0), reason_of_basis(model, asked),
                      model.from_cache()
@@ -100,6 +117,18 @@ void add_errors(const proto::SessionStatus& status, const scene::Scene& scene,
   explanation.expect(
       "shapes while edits come, from the reduced model alone", status.model().error_mean(), "",
       "mean over poses held out of the training; motions may go elsewhere", tolerance);
+  const proto::ModeChoice& choice = status.model().mode_choice();
+  if (choice.has_saving()) {
+    explanation.expect("energy, against the optimum near by with more modes", choice.saving(), "",
+                       fmt::format("found with {} of them when the modes were last compared",
+                                   choice.energies(choice.energies_size() - 1).modes()),
+                       tolerance);
+  } else {
+    explanation.expect("energy, against the optimum near by with more modes", {}, "",
+                       choice.state() == proto::ModeChoice::STATE_NAMED
+                           ? "not compared, since the scene names them: leave model.modes out"
+                           : "not compared: wait until checked, or see modes (r)");
+  }
   if (result.exact()) {
     explanation.expect("energy, against the optimum near by with these modes", result.gradient(),
                        "",
@@ -114,10 +143,20 @@ void add_errors(const proto::SessionStatus& status, const scene::Scene& scene,
 
 }  // namespace
 
-proto::ExplainResponse explain_body(const proto::SessionStatus& status, const scene::Scene& scene,
-                                    int columns) {
+proto::ExplainResponse explain_body(const proto::SessionStatus& status,
+                                    const session::BodySession& session, int columns) {
   Explanation explanation(status.result().revision());
-  add_choices(status, scene, columns, explanation);
+  const scene::Scene scene = session.scene();
+  const int modes = session.mode_choice().modes + session.model()->rigid_count;
+  add_choices(status, scene, modes, columns, explanation);
+  const auto picture = session.first_picture();
+  explanation.choose(
+      "first picture", picture ? fmt::format("of {} modes", picture->modes) : "none",
+      ChosenBy::kLimber,
+      picture ? fmt::format("a coarse model was shown until this one was built; it had its own "
+                            "motions with a mean shape error of {}",
+                            percent(picture->error_mean))
+              : "the model came from the cache, the body is small, or the motion is long");
   add_errors(status, scene, explanation);
   const double tolerance = scene.model.tolerance;
   explanation.advise(
@@ -130,6 +169,20 @@ proto::ExplainResponse explain_body(const proto::SessionStatus& status, const sc
       fmt::format("model.modes {} in place of {}: shapes of the highest modes are lost, and the "
                   "optimum with them changes",
                   std::max(1U, status.model().modes() * 3 / 4), status.model().modes()));
+  const proto::ModeChoice& choice = status.model().mode_choice();
+  if (choice.fewer() > 0 && choice.fewer() < choice.modes()) {
+    explanation.advise("fewer unknowns at the same energy",
+                       fmt::format("model.modes {} in place of {}: the optimal energy of this "
+                                   "problem changes by less than {}",
+                                   choice.fewer(), choice.modes(), percent(tolerance / 4)));
+  }
+  if (choice.state() == proto::ModeChoice::STATE_BOUNDED && choice.has_saving() &&
+      choice.saving() > tolerance) {
+    explanation.advise("a lower energy",
+                       fmt::format("model.modes above {}, by name: the last comparison still saved "
+                                   "{} of the energy",
+                                   choice.modes(), percent(choice.saving())));
+  }
   return explanation.response();
 }
 

@@ -1,14 +1,16 @@
 #pragma once
 
-#include "engine/scene/scene.h"
+#include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
 
 namespace limber::server {
 
 /// What was chosen for a session of a body, and what its newest result is worth.
+/// @param session  of the status, ready
 /// @param status  with model and result, as the session is ready
 /// @param columns  of the basis that the result is shown in, h'
 [[nodiscard]] limber::v1::ExplainResponse explain_body(const limber::v1::SessionStatus& status,
-                                                       const scene::Scene& scene, int columns);
+                                                       const session::BodySession& session,
+                                                       int columns);
 
 }  // namespace limber::server

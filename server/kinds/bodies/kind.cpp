@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <utility>
 
 #include "engine/scene/samples/samples.h"
@@ -39,6 +41,19 @@ BodyRecord::Opened describe_body(const proto::Scene& message, const scene::Scene
   return opened;
 }
 
+/// Modes may grow as far as the session's memory goes.
+session::ModeChoiceOptions mode_choice_within(const scene::Scene& scene, std::uint64_t bytes) {
+  session::ModeChoiceOptions options;
+  if (scene.model.names_modes()) return options;
+  scene::ModelRequest larger = scene.model;
+  while (options.most > options.least) {
+    larger.mode_count = options.most;
+    if (estimate_session_bytes(scene, larger) <= bytes) break;
+    options.most = std::max(options.least, options.most * 3 / 4);
+  }
+  return options;
+}
+
 class BodyOpening final : public Opening {
  public:
   BodyOpening(const proto::Scene& message, const SceneContext& context,
@@ -62,6 +77,7 @@ class BodyOpening final : public Opening {
   void start(Hub& hub) override {
     session::SessionOptions options;
     options.max_constraints = static_cast<int>(hub.options.limits.constraints);
+    options.mode_choice = mode_choice_within(decoded_.scene, hub.options.limits.session_bytes);
     record_->constraints_changed(decoded_.scene.constraints.size());
     const auto in_scene = [](const std::string& field) {
       return field.empty() ? field : "scene." + field;

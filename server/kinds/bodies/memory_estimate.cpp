@@ -17,9 +17,14 @@ std::size_t constraints_of(const scene::Scene& scene) {
 }
 
 std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
+  return estimate_session_bytes(scene, scene.model);
+}
+
+std::uint64_t estimate_session_bytes(const scene::Scene& scene, const scene::ModelRequest& model) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
-  const double r = scene::candidate_mode_count(scene) + 6.0;
-  const double h = scene.model.basis_size > 0 ? scene.model.basis_size : 8 * r;
+  const int candidates = std::max(scene::candidate_mode_count(scene), model.mode_count);
+  const double r = candidates + 6.0;
+  const double h = model.basis_size > 0 ? model.basis_size : 8 * r;
   const double poses = 500 + 20 * r;   // training, test and mode-aligned poses, with room
   double numbers = 3 * n * poses;      // snapshots of u
   numbers += 3 * n * (2 * r + 2 * h);  // modes, Lanczos vectors, basis and its candidates
@@ -30,9 +35,9 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
   return static_cast<std::uint64_t>(numbers * sizeof(double)) +
          (scene.surface ? estimate_surface_bytes(*scene.surface) : 0) +
-         estimate_constraint_bytes(constraints_of(scene), scene.model.mode_count) +
-         estimate_keyframe_bytes(scene.keyframes.size(), keyframe_rows(scene),
-                                 constraints_of(scene), scene.model.mode_count) +
+         estimate_constraint_bytes(constraints_of(scene), model.mode_count) +
+         estimate_keyframe_bytes(scene.keyframes.size(), candidates + 6, constraints_of(scene),
+                                 model.mode_count) +
          estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
 }
 

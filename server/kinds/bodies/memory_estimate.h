@@ -11,6 +11,9 @@ namespace limber::server {
 /// per-tet operators, base motion, kept results, constraints. What undo keeps is bounded apart from
 /// it (session::SessionOptions).
 [[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene);
+/// The same with another model than the scene asks for.
+[[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene,
+                                                   const scene::ModelRequest& model);
 
 /// The same of a simulation: the factor of its steps and the motion, as it is computed and kept.
 [[nodiscard]] std::uint64_t estimate_simulation_bytes(const scene::Scene& scene);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "server/kinds/bodies/explain.h"
@@ -161,7 +162,7 @@ proto::ExplainResponse BodyRecord::explanation() const {
   const auto session = this->session();
   if (!session->model()) throw model_not_built();
   const auto columns = demand_result(false)->coordinates.rows();
-  return explain_body(status(), session->scene(), static_cast<int>(columns));
+  return explain_body(status(), *session, static_cast<int>(columns));
 }
 
 void BodyRecord::look_at(const proto::LookAtRequest& request) {
@@ -214,9 +215,13 @@ void BodyRecord::constraints_changed(std::size_t count) {
 
 void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes) const {
   const std::uint64_t limit = hub_.options.limits.session_bytes;
+  int lanes = opened_.lanes;
+  if (const auto session = attached_session())
+    lanes = std::max(lanes, session->mode_choice().modes);
   const std::uint64_t bytes =
-      opened_.bytes + estimate_constraint_bytes(constraints, opened_.lanes) +
-      estimate_keyframe_bytes(keyframes, opened_.keyframe_rows, constraints, opened_.lanes) +
+      opened_.bytes + estimate_constraint_bytes(constraints, lanes) +
+      estimate_keyframe_bytes(keyframes, std::max(opened_.keyframe_rows, lanes + 6), constraints,
+                              lanes) +
       estimate_pose_bytes(keyframes, opened_.nodes);
   if (bytes > limit) {
     throw limit_exceeded(
@@ -254,6 +259,12 @@ void BodyRecord::take_ended_jobs(std::vector<JobId>& jobs) {
 }
 
 void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& result) {
+  const auto session = result->is_final ? attached_session() : nullptr;
+  if (session && session->model()) {  // it may have other modes now, or know more of them
+    auto info = encode_model(*session);
+    const std::lock_guard lock(mutex_);
+    model_ = std::move(info);
+  }
   note_result(
       std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {
@@ -261,8 +272,9 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
         if (!geometry_ && !result->is_first_picture) return nullptr;
         return frames_of(result);
       },
-      result->check == session::Check::kPending ? ResultWaiters::Check::kPending
-                                                : ResultWaiters::Check::kDone);
+      result->check == session::Check::kPending || result->awaits_modes
+          ? ResultWaiters::Check::kPending
+          : ResultWaiters::Check::kDone);
 }
 
 void BodyRecord::on_early_frames(

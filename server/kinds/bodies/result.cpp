@@ -20,6 +20,28 @@ constexpr EnumTable<reduced::BasisKind, proto::Basis> kBasisKinds{
     {reduced::BasisKind::kModalDerivatives, proto::BASIS_MODAL_DERIVATIVES},
     {reduced::BasisKind::kMapDerivatives, proto::BASIS_MAP_DERIVATIVES}};
 
+constexpr EnumTable<session::ModeChoice::State, proto::ModeChoice::State> kChoiceStates{
+    {session::ModeChoice::State::kOff, proto::ModeChoice::STATE_UNSPECIFIED},
+    {session::ModeChoice::State::kNamed, proto::ModeChoice::STATE_NAMED},
+    {session::ModeChoice::State::kUnasked, proto::ModeChoice::STATE_UNASKED},
+    {session::ModeChoice::State::kSettled, proto::ModeChoice::STATE_SETTLED},
+    {session::ModeChoice::State::kBounded, proto::ModeChoice::STATE_BOUNDED}};
+
+proto::ModeChoice encode_choice(const session::ModeChoice& choice) {
+  proto::ModeChoice message;
+  message.set_state(kChoiceStates.encode(choice.state));
+  message.set_modes(static_cast<std::uint32_t>(choice.modes));
+  for (const session::ModeEnergy& one : choice.energies) {
+    auto* energy = message.add_energies();
+    energy->set_modes(static_cast<std::uint32_t>(one.modes));
+    energy->set_energy(one.energy);
+  }
+  message.set_reason(choice.reason);
+  if (choice.saving) message.set_saving(*choice.saving);
+  message.set_fewer(static_cast<std::uint32_t>(choice.fewer));
+  return message;
+}
+
 /// [m/frame] to [length unit / s]
 double encode_velocity(double velocity, double frames_per_second, double length_unit) {
   return velocity * frames_per_second / length_unit;
@@ -98,6 +120,7 @@ proto::ModelInfo encode_model(const session::BodySession& session) {
     info.set_snapshot_basis_error(*model.report.snapshot_basis_error);
   if (model.report.derivative_basis_error)
     info.set_derivative_basis_error(*model.report.derivative_basis_error);
+  *info.mutable_mode_choice() = encode_choice(session.mode_choice());
   return info;
 }
 

@@ -73,7 +73,10 @@ scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::
   const auto read = [&](std::uint32_t value, const char* name, int& into) {
     faults.try_to([&] { into = decode_index(value, field + name); });
   };
-  if (message.has_modes()) read(message.modes(), ".modes", model.mode_count);
+  if (message.has_modes()) {
+    read(message.modes(), ".modes", model.mode_count);
+    model.modes_by = scene::ModelRequest::ModesBy::kScene;
+  }
   if (message.has_tolerance()) model.tolerance = message.tolerance();
   read(message.basis_size(), ".basis_size", model.basis_size);
   read(message.cubature_size(), ".cubature_size", model.cubature_size);
@@ -350,7 +353,8 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   message.set_last_end(kEndConditions.encode(scene.last_end));
   *message.mutable_dynamics() = encode_dynamics(scene.dynamics);
   auto* model = message.mutable_model();
-  model->set_modes(static_cast<std::uint32_t>(scene.model.mode_count));
+  if (scene.model.names_modes())
+    model->set_modes(static_cast<std::uint32_t>(scene.model.mode_count));
   model->set_tolerance(scene.model.tolerance);
   model->set_basis_size(static_cast<std::uint32_t>(scene.model.basis_size));
   model->set_cubature_size(static_cast<std::uint32_t>(scene.model.cubature_size));

@@ -1,0 +1,247 @@
+#include <fmt/format.h>
+
+#include <limits>
+#include <utility>
+
+#include "engine/base/clauses.h"
+#include "engine/session/bodies/impl.h"
+#include "engine/session/bodies/weight_scale.h"
+
+// The choice of r, where the scene does not name it. Behind a final exact result that was checked,
+// a task of its own compares optimal energies (ModeChooser); the session's task changes the modes,
+// so that results keep their order. A newer edit interrupts both.
+//
+// More modes come with a better final result of the same revision. Fewer are used from the next
+// round on: what is shown stays.
+
+namespace limber::session {
+namespace {
+
+constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+/// With the lock, while building.
+void BodySession::Impl::note_modes() {
+  mode_choice_ = {};
+  mode_choice_.modes = modes_;
+  if (!options_.mode_choice) return;
+  mode_choice_.state = document_.unedited()->model.names_modes() ? ModeChoice::State::kNamed
+                                                                 : ModeChoice::State::kUnasked;
+  if (mode_choice_.state == ModeChoice::State::kUnasked)
+    mode_choice_.reason = "the question follows the first exact result";
+}
+
+std::string BodySession::Impl::reason_against_question(const BodyResult& result) {
+  const scene::Scene& scene = *document_.unedited();
+  const ModeChoiceOptions& options = *options_.mode_choice;
+  const int tets = static_cast<int>(scene.mesh.tet_count());
+  if (!result.is_exact || result.report.status != spacetime::SolveStatus::kConverged)
+    return "energies are compared of exact results that have converged";
+  if (problem_->variables() != scene::MaterialVariables::kMotion || problem_->has_fitted())
+    return "the material is fitted, or was: another one would be fitted to other modes, and their "
+           "energies do not compare";
+  if (problem_->has_keyframes())
+    return "keyframes ask for as much of a pose as the modes have: with more of them the energy is "
+           "of another problem";
+  if (result.report.rank_deficient)
+    return "exact constraints depend on or contradict each other: how far they are missed changes "
+           "with the modes, and energies do not compare";
+  if (tets > options.most_tets)
+    return fmt::format("{} tets, more than {}: comparing would take minutes", tets,
+                       options.most_tets);
+  if (scene.frame_count > options.most_frames)
+    return fmt::format("{} frames, more than {}: comparing would take minutes", scene.frame_count,
+                       options.most_frames);
+  const auto constraints = problem_->solver().constraints().size();
+  if (constraints == 0) return "nothing is held";
+  if (static_cast<double>(constraints) * tets > options.most_tet_readings)
+    return fmt::format("{} constraints on {} tets: comparing would take minutes", constraints,
+                       tets);
+  return "";
+}
+
+bool BodySession::Impl::is_question(const BodyResult& result) {
+  if (!options_.mode_choice || document_.unedited()->model.names_modes()) return false;
+  std::string reason = reason_against_question(result);
+  if (!reason.empty()) {
+    const std::lock_guard lock(mutex_);
+    if (mode_choice_.state == ModeChoice::State::kUnasked) mode_choice_.reason = std::move(reason);
+    return false;
+  }
+  const ModeQuestion question =
+      mode_question(problem_->mode_problem(dynamics_), result.report.total_energy);
+  return !asked_ || !is_answered_by(question, *asked_, options_.mode_choice->energy_factor);
+}
+
+/// Called with the lock.
+bool BodySession::Impl::is_choice_due() const {
+  return newest_ && newest_ == final_ && newest_->awaits_modes && newest_->check == Check::kDone &&
+         choice_.is_new(*newest_) && !is_choosing_;
+}
+
+bool BodySession::Impl::do_mode_work(std::unique_lock<std::mutex>& lock) {
+  if (std::exchange(is_choice_cancelled_, false)) {
+    const auto result = newest_;
+    mode_choice_.reason = "the comparison was cancelled";
+    lock.unlock();
+    asked_ = mode_question(problem_->mode_problem(dynamics_), result->report.total_energy);
+    end_choice(result);
+    return true;
+  }
+  if (const auto found = choice_.take()) {
+    is_choosing_ = false;
+    const bool is_newest = found->result == newest_;
+    lock.unlock();
+    if (is_newest) adopt(*found);
+    return true;
+  }
+  if (!is_choice_due()) return false;
+  begin_choice(lock);
+  return true;
+}
+
+/// Takes the lock, may leave without it.
+void BodySession::Impl::begin_choice(std::unique_lock<std::mutex>& lock) {
+  const auto result = newest_;
+  choice_.claim(*result);
+  is_choosing_ = true;
+  lock.unlock();
+  provide_full();
+  ModeRequest request;
+  request.result = result;
+  request.body = full_body_->parts();
+  request.problem = problem_->mode_problem(dynamics_);
+  request.modes = modes_;
+  question_ = mode_question(request.problem, result->report.total_energy);
+  lock.lock();
+  request.model = built_->model;
+  choice_.begin(lock, result, std::move(request), shared_from_this());
+}
+
+void BodySession::Impl::adopt(const ModesFound& found) {
+  asked_ = question_;
+  if (!found.finding) {
+    read([&] {
+      mode_choice_.state = ModeChoice::State::kUnasked;
+      mode_choice_.reason = fmt::format("the comparison failed: {}", found.failure);
+    });
+    return end_choice(found.result);
+  }
+  const ModeFinding& finding = *found.finding;
+  if (finding.choice.modes <= modes_) {
+    read([&] {
+      mode_choice_ = finding.choice;
+      if (finding.choice.modes < modes_) fewer_modes_ = finding.choice.modes;
+    });
+    return end_choice(found.result);
+  }
+  Round round;
+  EditBatch whole;
+  {
+    const std::lock_guard lock(mutex_);
+    if (has_work_ || task_.is_closed()) return;  // an edit was quicker
+    round_ = Cancellation();
+    round.revision = document_.revision();
+    round.edited_at = edited_at_;
+    round.order.content = document_.content();
+    round.order.cold_request = cold_taken_;
+    round.cancellation = round_;
+    whole = whole_batch(document_);
+  }
+  try {
+    use_more_modes(finding, round, whole);
+  } catch (const std::exception& error) {
+    const std::lock_guard lock(mutex_);
+    whole_ = true;  // the solver's inside can no longer be trusted
+    mode_choice_.reason = fmt::format("the change of modes failed: {}", error.what());
+  }
+  const auto newest = newest_result();
+  if (newest == found.result) end_choice(found.result);
+}
+
+void BodySession::Impl::use_more_modes(const ModeFinding& finding, const Round& round,
+                                       const EditBatch& whole) {
+  const scene::Scene& scene = *document_.unedited();
+  const auto parts = full_body_->parts();
+  const bool is_other_model = finding.model != read([this] { return built_->model; });
+  // Nothing of the session changes before all of it is there.
+  auto problem = make_problem(parts->mapped, finding.model, finding.base, finding.choice.modes);
+  problem->start(whole);
+  problem->solver().set_weight_scale(problem_->solver().weight_scale());
+  problem->solver().warm_start(finding.motion, spacetime::Known::kAnswer);
+  if (is_other_model) {
+    auto full = std::make_unique<FullBody>(parts, finding.model);
+    auto shown = make_shown(parts->mapped, finding.model);
+    auto built = std::make_shared<Built>(*read([this] { return built_; }));
+    built->model = finding.model;
+    built->base = finding.base;
+    built->message = finding.model->report.message;
+    append_clause(built->message, model_notes(scene.model, *finding.model));
+    built->accuracy = describe_accuracy(finding.model->report, scene.model.tolerance);
+    built->seconds = finding.build_s;
+    built->from_cache = finding.from_cache;
+    full_body_ = std::move(full);
+    set_shown(std::move(shown));
+    read([&] { built_ = std::move(built); });
+  }
+  problem_ = std::move(problem);
+  transfers_.push_back(finding.transfer);
+  const int before = std::exchange(modes_, finding.choice.modes);
+  tried_ = finding.motion;
+  from_rest_ = false;
+  read([&] { mode_choice_ = finding.choice; });
+  spacetime::SolveReport start;
+  start.total_energy = 0;
+  std::optional<spacetime::SolveReport> report = polish(round, start, kUnpublished);
+  if (!report || !is_exact_) return;
+  solved_ = report->status == spacetime::SolveStatus::kConverged;
+  add_sentence(report->message,
+               fmt::format("{} modes in place of {}: the optimal energy was {:.6g} with those.",
+                           modes_, before, finding.choice.energies.front().energy));
+  if (finding.choice.state == ModeChoice::State::kBounded)
+    add_sentence(report->message, fmt::format("That is {}.", finding.choice.reason));
+  report_missed_tolerance(scene, problem_->solver().weight_scale(), *report);
+  asked_->energy = report->total_energy;
+  const auto result = publish_motion(round, *report, true);
+  if (result && solved_) answers_.keep(round.order.content, result);
+}
+
+void BodySession::Impl::use_fewer_modes(const EditBatch& whole, bool is_warm) {
+  const auto [fewer, built] = read([this] {
+    return std::pair{std::exchange(fewer_modes_, 0), built_};
+  });
+  LIMBER_DEMAND(fewer > 0 && full_body_);
+  const Eigen::Index rows = built->model->rigid_count + Eigen::Index{fewer};
+  Eigen::MatrixXd motion = problem_->solver().motion().topRows(rows);
+  const double scale = problem_->solver().weight_scale();
+  const auto shift = problem_->shift();
+  transfers_.push_back(Eigen::MatrixXd::Identity(rows, problem_->solver().motion().rows()));
+  problem_ = make_problem(full_body_->parts()->mapped, built->model, built->base, fewer);
+  modes_ = fewer;
+  if (tried_.rows() > rows) tried_ = Eigen::MatrixXd(tried_.topRows(rows));
+  problem_->start(whole);
+  if (!is_warm) return;
+  problem_->solver().set_weight_scale(scale);
+  problem_->set_shift(shift);
+  problem_->solver().warm_start(motion, spacetime::Known::kGuess);
+  provide_full();
+  problem_->anchor(spacetime::Known::kGuess);
+}
+
+/// Published once more, without the question.
+void BodySession::Impl::end_choice(const std::shared_ptr<const BodyResult>& result) {
+  auto again = std::make_shared<BodyResult>(*result);
+  again->awaits_modes = false;
+  publish(std::move(again));
+}
+
+Eigen::MatrixXd BodySession::Impl::in_present_modes(const BodyResult& result) const {
+  Eigen::MatrixXd motion = result.modal;
+  for (auto change = static_cast<std::size_t>(result.mode_changes); change < transfers_.size();
+       ++change)
+    motion = transfers_[change] * motion;
+  return motion;
+}
+
+}  // namespace limber::session
