@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { after, before, test } from "node:test";
 import {
   accessibilityFaults,
@@ -7,6 +8,7 @@ import {
   drawnPixels,
   keepPicture,
   launch,
+  openPanels,
   openSample,
   revision,
   Server,
@@ -105,6 +107,80 @@ test("a constraint is moved by its handle, changed in the panel and deleted by i
   await page.context().close();
 });
 
+test("a painted group is held by its mean, a pose becomes a keyframe, a material is fitted", async () => {
+  const { page, at } = await flower();
+  await page.keyboard.down("Shift");
+  await drag(page, at, [25, 10]);
+  await page.keyboard.up("Shift");
+  const group = await page.evaluate(() => window.limber.opened.workspace.group);
+  assert.ok(group.length > 5, `${group.length} nodes were painted`);
+  await drag(page, at, [30, -10]);
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  await settle(page, 1);
+  const constraint = await page.evaluate(() => {
+    const { nodes, target } = window.limber.opened.session.scene.constraints.at(-1);
+    return { nodes, target: [target.value.x, target.value.y, target.value.z] };
+  });
+  assert.deepEqual(constraint.nodes, group);
+  const positions = await serverPositions(page, FRAME);
+  const mean = [0, 1, 2].map((axis) => group.reduce((sum, node) => sum + positions[3 * node + axis], 0) / group.length);
+  assert.ok(distance(mean, constraint.target) < 0.02, `${mean} is not near ${constraint.target}`);
+
+  await openPanels(page, "Keyframes");
+  await page.getByLabel("Frame of the new keyframe").fill("300");
+  await page.getByRole("button", { name: "Add", exact: true }).click();
+  await until(page, () => window.limber.opened.session.scene.keyframes.length === 1);
+  await settle(page, 2);
+  const repeated = await serverPositions(page, 300);
+  const farthest = Math.max(...repeated.map((value, i) => Math.abs(value - positions[i])));
+  assert.ok(farthest < 0.05, `the pose of frame 300 is ${farthest} from the keyframe`);
+
+  await openPanels(page, "Dynamics");
+  await page.getByLabel("Optimise").selectOption({ label: "frequencies and damping too" });
+  await until(page, () => window.limber.opened.session.result.materialIterations > 0);
+  await settle(page, 3);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("what was chosen and why is explained, and files are taken away", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  await openPanels(page, "Why");
+  await until(page, () => /modes \(r\)/.test(document.querySelector(".sidebar").textContent));
+  await openPanels(page, "Files");
+  await page.getByLabel("Format").selectOption({ label: "Blender: surface (.pc2, .obj)" });
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Download" }).click()]);
+  assert.match(download.suggestedFilename(), /\.zip$/);
+  const listed = spawnSync("python3", ["-m", "zipfile", "-l", await download.path()], { encoding: "utf8" }).stdout;
+  assert.match(listed, /_surface\.obj/);
+  assert.match(listed, /_surface\.pc2/);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("a page that nobody sees takes no frames, and shows the newest when it is seen again", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  await page.evaluate(() => window.limber.opened.session.sleep());
+  await page.waitForTimeout(300);
+  const bytes = await page.evaluate(() => window.limber.streamedBytes);
+  await page.evaluate(async () => {
+    const { session } = window.limber.opened;
+    for (let i = 0; i < 10; i++) {
+      const target = { case: "displacement", value: { x: 0, y: 0.01 * i, z: 0 } };
+      const constraint = { frame: 90, nodes: [1336], target };
+      const { revision } = await session.edit([{ edit: { case: "add", value: { constraint } } }]);
+      await session.connection.call("wait", { session: session.reference, revision });
+    }
+  });
+  assert.equal(await page.evaluate(() => window.limber.streamedBytes), bytes);
+  await page.evaluate(() => window.limber.opened.session.wake());
+  await settle(page, 10);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
 test("keys scrub and play at the scene's rate", async () => {
   const { page } = await flower();
   const frame = () => page.evaluate(() => window.limber.opened.frame);
@@ -151,9 +227,7 @@ test("nothing serious for who uses no mouse or sees little", async () => {
   assert.deepEqual(await accessibilityFaults(page), []);
   await keepPicture(page, "home");
   await openSample(page, "beam");
-  await page.evaluate(() => {
-    for (const panel of document.querySelectorAll("details")) panel.open = true;
-  });
+  await openPanels(page);
   await page.waitForTimeout(500);
   assert.deepEqual(await accessibilityFaults(page), []);
   await page.context().close();

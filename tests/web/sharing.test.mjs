@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { drag, launch, openSample, ROOT, Server, seen, settle, until, visit } from "./support.mjs";
+import { drag, drop, launch, openSample, ROOT, Server, seen, settle, until, visit } from "./support.mjs";
 
 const server = new Server();
 let browser;
@@ -88,15 +88,6 @@ test("a reloaded page is in its session again, and its token is in no address", 
   await page.context().close();
 });
 
-/** Files as they are dropped on the page. */
-function drop(page, files) {
-  return page.evaluate((files) => {
-    const transfer = new DataTransfer();
-    for (const { name, text } of files) transfer.items.add(new File([text], name));
-    window.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
-  }, files);
-}
-
 test("dropped files are opened, and what is wrong with them is said in words", async () => {
   const page = await visit(browser, server.url);
   const notices = page.locator(".notices");
@@ -120,6 +111,7 @@ test("dropped files are opened, and what is wrong with them is said in words", a
 
   const surface = readFileSync(join(ROOT, "tests/web/tetrahedron.obj"), "utf8");
   await drop(page, [{ name: "tetrahedron.obj", text: surface }]);
+  await page.getByRole("button", { name: "Continue" }).click();
   await page.getByLabel("At most this far").fill("8");
   await page.getByRole("button", { name: "Fill it" }).click();
   await page.getByLabel("Frames of its motion").fill("30");

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { accessibilityFaults, distance, drag, drawnPixels, keepPicture, launch, openSample, revision, Server, seen, serverPositions, settle, until, visit } from "./support.mjs";
+import { accessibilityFaults, distance, drag, drawnPixels, drop, openPanels, keepPicture, launch, openSample, revision, Server, seen, serverPositions, settle, until, visit } from "./support.mjs";
 
 const server = new Server();
 let browser;
@@ -111,6 +111,51 @@ test("a node of a gridshell is brought where it is dragged", async () => {
   const back = await serverPositions(page, await lastFrame(page));
   assert.ok(distance(back.slice(3 * row, 3 * row + 3), at) < 1e-4, "undo did not bring the node back");
   assert.deepEqual(await accessibilityFaults(page), []);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+/** A patch of surface as an .obj. */
+function hill() {
+  const [count, vertices, faces] = [17, [], []];
+  for (let i = 0; i < count; i++) {
+    for (let j = 0; j < count; j++) {
+      const [x, y] = [-1 + (2 * i) / (count - 1), -0.7 + (1.4 * j) / (count - 1)];
+      vertices.push(`v ${x} ${y} ${0.3 * (1 - x * x - y * y) * (1 + 0.4 * x)}`);
+      const a = (i - 1) * count + j;
+      if (i && j) faces.push(`f ${a} ${a + count} ${a + count + 1}`, `f ${a} ${a + count + 1} ${a + 1}`);
+    }
+  }
+  return [...vertices, ...faces].join("\n");
+}
+
+test("a linkage is made for a dropped surface, designed, paused, and taken", async () => {
+  const page = await visit(browser, server.url);
+  await drop(page, [{ name: "hill.obj", text: hill() }]);
+  await page.getByLabel("What to do with it").selectOption("linkage");
+  await page.getByRole("button", { name: "Continue" }).click();
+  await page.getByLabel("Joints along").fill("6");
+  await page.getByLabel("Joints across").fill("5");
+  await page.getByRole("button", { name: "Make the grid" }).click();
+  await settle(page);
+  await openPanels(page, "Design");
+  await page.getByRole("button", { name: "Start" }).click();
+  const design = (name) => page.evaluate((name) => window.limber.opened.session.design?.[name], name);
+  await until(page, () => window.limber.opened.session.design?.iteration >= 2);
+  await keepPicture(page, "design");
+  const RUNNING = 2;
+  if ((await design("state")) === RUNNING) await page.getByRole("button", { name: "Pause" }).click().catch(() => undefined);
+  await page.waitForTimeout(500);
+  await page.getByRole("button", { name: "Take the best" }).click();
+  await until(page, () => window.limber.opened.session.design?.takenRevision !== undefined);
+  await settle(page, 1);
+  const { start, best } = await page.evaluate(() => {
+    const { start, best } = window.limber.opened.session.design;
+    return { start: start.objective, best: best.objective };
+  });
+  assert.ok(best < start, `the design went from ${start} to ${best}`);
+  const lengths = await page.evaluate(() => window.limber.opened.session.scene.linkage.conditions.segmentLengths.length);
+  assert.ok(lengths > 0);
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });

@@ -141,6 +141,24 @@ export function serverPositions(page, frame) {
   }, frame);
 }
 
+/** Files as they are dropped on the page. */
+export function drop(page, files) {
+  return page.evaluate((files) => {
+    const transfer = new DataTransfer();
+    for (const { name, text } of files) transfer.items.add(new File([text], name));
+    window.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  }, files);
+}
+
+/** Opens all panels, or the one whose title begins so alone. */
+export function openPanels(page, title = "") {
+  return page.evaluate((title) => {
+    for (const panel of document.querySelectorAll("details")) {
+      panel.open = panel.querySelector("summary").textContent.startsWith(title);
+    }
+  }, title);
+}
+
 export function distance(a, b) {
   return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }

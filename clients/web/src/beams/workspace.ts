@@ -26,9 +26,9 @@ const COLORS = {
   selected: 0xffc400,
 } as const;
 const MODES: readonly [DragMode, string][] = [
-  ["move", "brings it there and holds it"],
-  ["load", "loads it with a force"],
-  ["push", "pushes it while it moves, then releases"],
+  ["move", "brings it there"],
+  ["load", "loads it"],
+  ["push", "pushes, then releases"],
 ];
 const PATH_RATE = 12;
 const ARROW_SHARE = 0.15;

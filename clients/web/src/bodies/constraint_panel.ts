@@ -12,7 +12,7 @@ const DEFAULT_WEIGHT = 100;
 const TARGETS = { position: "Position", displacement: "Displacement from rest", velocity: "Velocity" } as const;
 
 function numberInput(label: string, value: number, onchange: (value: number) => void, step = "any"): HTMLInputElement {
-  const made = el("input", { type: "number", step, value: number(value, 6), "aria-label": label });
+  const made = el("input", { type: "number", step, value: number(value, 4), "aria-label": label });
   made.onchange = () => {
     if (made.value !== "" && Number.isFinite(made.valueAsNumber)) onchange(made.valueAsNumber);
   };

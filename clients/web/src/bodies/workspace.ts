@@ -211,6 +211,7 @@ export class BodyWorkspace implements Workspace {
     return {
       anchor: dragged.target.clone(),
       move: (point) => {
+        this.group = [];
         dragged.target = point.clone();
         this.dragged = dragged;
         pump.put(dragged.target);

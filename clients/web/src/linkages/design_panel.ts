@@ -1,6 +1,8 @@
 import { DesignEnd, type DesignInfo, DesignLengths, DesignState } from "../../gen/limber/v1/design_pb";
 import { button, choice, el, field, number } from "../dom";
 import type { Desk } from "../page/workspace";
+import type { DesignStart } from "./starting_grid";
+import { SurfaceView } from "./surface_view";
 
 const STATES: Record<number, string> = {
   [DesignState.STARTING]: "looks for the flat shape",
@@ -27,6 +29,7 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
   const { session } = desk;
   const file = el("input", { type: "file", accept: ".obj,.ply,.stl", "aria-label": "Surface" });
   const words = el("div", { class: "words" });
+  const surfaceName = el("span", {});
   let lengths = String(DesignLengths.SEGMENTS);
   const weight = (
     label: string,
@@ -51,19 +54,52 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
   const distance = weight("Weight of distances", "100000", (distanceWeight) =>
     call(session.connection.call("changeDesign", { ...reference, distanceWeight })),
   );
-  const start = async (): Promise<void> => {
+  const view = new SurfaceView(desk.stage);
+  let given: DesignStart | null = desk.designStart;
+  if (given) view.set(given.name, given.content);
+  file.onchange = async () => {
     const chosen = file.files?.[0];
-    if (!chosen) {
+    if (!chosen) return;
+    given = { name: chosen.name, content: new Uint8Array(await chosen.arrayBuffer()) };
+    view.set(given.name, given.content);
+    view.place(undefined);
+    update();
+  };
+  const start = async (): Promise<void> => {
+    if (!given) {
       desk.notify("warning", "Choose a surface that the linkage is to open to: an .obj, .ply or .stl file.");
       return;
     }
-    const content = new Uint8Array(await chosen.arrayBuffer());
-    const surface = { source: { case: "file" as const, value: { name: chosen.name, content } } };
+    const surface = { source: { case: "file" as const, value: { name: given.name, content: given.content } } };
     const goal = { surface, flatShare: flat.box.valueAsNumber, distanceWeight: distance.box.valueAsNumber };
-    await session.connection.call("startDesign", { ...reference, goal, lengths: Number(lengths) });
+    const flatAngleDegrees = given.flatAngleDegrees;
+    await session.connection.call("startDesign", {
+      ...reference,
+      goal,
+      lengths: Number(lengths),
+      fittedPoints: given.fittedPoints,
+      flatAngleDegrees,
+      smallestAngleDegrees: flatAngleDegrees === undefined ? undefined : flatAngleDegrees / 2,
+    });
+  };
+  const actions = {
+    start: button("Start", () => call(start())),
+    pause: button("Pause", () => call(session.connection.call("pauseDesign", reference))),
+    resume: button("Resume", () => call(session.connection.call("resumeDesign", reference))),
+    stop: button("Stop", () => call(session.connection.call("stopDesign", reference))),
+    take: button("Take the best", () => call(session.connection.call("takeDesign", reference))),
   };
   const update = (): void => {
+    const state = session.design?.state;
+    const isOn = state !== undefined && state !== DesignState.ENDED;
+    actions.start.disabled = isOn;
+    actions.pause.disabled = state !== DesignState.RUNNING;
+    actions.resume.disabled = state !== DesignState.PAUSED;
+    actions.stop.disabled = !isOn;
+    actions.take.disabled = state === undefined;
     const { design } = session;
+    surfaceName.textContent = given ? given.name : "none yet";
+    view.place(design?.placement);
     words.replaceChildren(
       ...(design
         ? describe(design)
@@ -75,7 +111,8 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
     "details",
     { class: "panel" },
     el("summary", {}, "Design to a surface"),
-    field("Surface", file),
+    field("Surface", surfaceName),
+    field("Another surface", file),
     field(
       "Varied are lengths",
       choice(LENGTHS, lengths, (value) => {
@@ -84,15 +121,7 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
     ),
     flat.row,
     distance.row,
-    el(
-      "div",
-      { class: "row" },
-      button("Start", () => call(start())),
-      button("Pause", () => call(session.connection.call("pauseDesign", reference))),
-      button("Resume", () => call(session.connection.call("resumeDesign", reference))),
-      button("Stop", () => call(session.connection.call("stopDesign", reference))),
-      button("Take the best", () => call(session.connection.call("takeDesign", reference))),
-    ),
+    el("div", { class: "row" }, ...Object.values(actions)),
     words,
   );
   return { element, update };

@@ -405,8 +405,8 @@ export class LinkageWorkspace implements Workspace {
       if (stiffness.valueAsNumber > 0) this.stiffness = stiffness.valueAsNumber;
     };
     const modes = [
-      ["spring", "pulls it with a spring"],
-      ["pin", "pins it where it is dragged to"],
+      ["spring", "pulls with a spring"],
+      ["pin", "pins it there"],
     ] as const;
     this.opening.replaceChildren(
       field("Mean opening angle", slider),

@@ -3,6 +3,7 @@ import type { MeshSource } from "../../gen/limber/v1/scene_pb";
 import { type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
 import type { SessionStatus } from "../../gen/limber/v1/service_pb";
 import { button, el } from "../dom";
+import type { DesignStart } from "../linkages/starting_grid";
 import { LiveSession, type SessionName } from "../session/live";
 import { Connection } from "../wire/connection";
 import { inWords, LimberError } from "../wire/errors";
@@ -28,7 +29,7 @@ export class App {
   private readonly actions = el("div", { class: "actions" });
   private page: SessionPage | null = null;
   /** What a session was opened from, to open it again where the server has lost it. */
-  private source: { mesh: MeshSource | undefined } = { mesh: undefined };
+  private source: { mesh: MeshSource | undefined; design: DesignStart | null } = { mesh: undefined, design: null };
   private isRestoring = false;
 
   constructor(base: string, token: string) {
@@ -68,7 +69,8 @@ export class App {
     });
     window.addEventListener("online", () => this.retry());
     document.addEventListener("visibilitychange", () => {
-      if (!document.hidden) this.retry();
+      if (document.hidden) this.page?.session.sleep();
+      else this.wake();
     });
     void this.begin();
   }
@@ -76,6 +78,11 @@ export class App {
   /** Of the session that is open; for tests. */
   get opened(): SessionPage | null {
     return this.page;
+  }
+
+  /** That came on the stream so far. */
+  get streamedBytes(): number {
+    return this.streams.bytes;
   }
 
   private async begin(): Promise<void> {
@@ -113,15 +120,15 @@ export class App {
   private async openFiles(files: File[]): Promise<void> {
     if (!files.length) return;
     try {
-      const scene = await sceneOf(files, this.connection, (text) => this.notices.add("busy", text));
-      if (scene) await this.openScene(scene);
+      const made = await sceneOf(files, this.connection, (text) => this.notices.add("busy", text));
+      if (made) await this.openScene(made.scene, "", made.design);
     } catch (error) {
       this.fail(error);
     }
   }
 
   /** What is wrong with a scene is said before it is opened. */
-  private async openScene(scene: Scene, session = ""): Promise<void> {
+  private async openScene(scene: Scene, session = "", design: DesignStart | null = null): Promise<void> {
     const { issues } = await this.connection.call("validateScene", { scene }, BUILD_TIMEOUT_MS);
     const faults = describeIssues(issues);
     for (const text of faults.warnings) this.notices.add("warning", text);
@@ -130,7 +137,7 @@ export class App {
       return;
     }
     const opened = await this.connection.call("openSession", { scene, session }, BUILD_TIMEOUT_MS);
-    this.source = { mesh: scene.mesh };
+    this.source = { mesh: scene.mesh, design };
     await this.show({ session: opened.session, uid: opened.uid });
   }
 
@@ -150,7 +157,7 @@ export class App {
   }
 
   private async join(status: SessionStatus): Promise<void> {
-    this.source = { mesh: undefined };
+    this.source = { mesh: undefined, design: null };
     await this.show({ session: status.session, uid: status.uid });
   }
 
@@ -168,7 +175,12 @@ export class App {
     this.home.element.remove();
     const session = new LiveSession(this.connection, this.streams, name);
     try {
-      this.page = new SessionPage(session, this.notices, (change) => void this.openChanged(session, change));
+      this.page = new SessionPage(
+        session,
+        this.notices,
+        (change) => void this.openChanged(session, change),
+        this.source.design,
+      );
     } catch {
       this.showHome();
       this.notices.add(
@@ -230,6 +242,11 @@ export class App {
   private retry(): void {
     this.connection.retry();
     this.streams.retry();
+  }
+
+  private wake(): void {
+    this.retry();
+    this.page?.session.wake().catch((error) => this.fail(error));
   }
 
   private reconnected(): void {

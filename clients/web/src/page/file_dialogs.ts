@@ -10,6 +10,19 @@ function entry(value: number, least = 0): HTMLInputElement {
   return el("input", { type: "number", min: String(least), step: "any", value: String(value) });
 }
 
+/** What a surface is for; null: the person changed their mind. */
+export async function askAboutSurface(name: string): Promise<"body" | "linkage" | null> {
+  let use: "body" | "linkage" = "body";
+  const uses = [
+    ["body", "fill it: an elastic body (closed surface)"],
+    ["linkage", "design a rod linkage for it (open patch)"],
+  ] as const;
+  const pick = choice(uses, use, (value) => {
+    use = value as typeof use;
+  });
+  return (await ask(`${name}: a surface`, [field("What to do with it", pick)], "Continue")) ? use : null;
+}
+
 /** What a mesh does not say: frames and unit. Nodes are fixed afterwards, by painting them. */
 export async function askAboutBody(
   name: string,

@@ -1,8 +1,9 @@
 import { create, fromJson, type JsonObject, type JsonValue } from "@bufbuild/protobuf";
 import { type MeshFile, MeshFileSchema, type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
+import { type DesignStart, startingGrid } from "../linkages/starting_grid";
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
-import { askAboutBody, askAboutLines } from "./file_dialogs";
+import { askAboutBody, askAboutLines, askAboutSurface } from "./file_dialogs";
 import { tetrahedralize } from "./tetrahedralize";
 
 export const MESHES = [".msh", ".mesh", ".ele", ".node", ".vtk", ".vtu", ".inp", ".abq", ".veg"];
@@ -110,20 +111,37 @@ export function sceneOfJson(file: Dropped, all: readonly Dropped[]): Scene {
   }
 }
 
+export interface Made {
+  scene: Scene;
+  design: DesignStart | null;
+}
+
+function plain(scene: Scene | null): Made | null {
+  return scene && { scene, design: null };
+}
+
+/** A surface is filled with tets, or gets a linkage. */
+async function ofSurface(surface: Dropped, connection: Connection, tell: (text: string) => void): Promise<Made | null> {
+  const use = await askAboutSurface(surface.name);
+  if (use === "linkage") return startingGrid(surface, connection, tell);
+  const mesh = use && (await tetrahedralize(surface, connection, tell));
+  return mesh ? plain(await askAboutBody(stem(surface.name), { source: { case: "arrays", value: mesh } })) : null;
+}
+
 /** A scene of dropped files; null: the person changed their mind. tell: of what takes long. */
 export async function sceneOf(
   files: File[],
   connection: Connection,
   tell: (text: string) => void,
-): Promise<Scene | null> {
+): Promise<Made | null> {
   const all: Dropped[] = await Promise.all(
     files.map(async (file) => ({ name: file.name, content: new Uint8Array(await file.arrayBuffer()) })),
   );
   const job = all.find(({ name }) => name === JOB);
   const json = job ?? all.find(({ name }) => ending(name) === ".json");
-  if (json) return sceneOfJson(json, all);
+  if (json) return plain(sceneOfJson(json, all));
   const mesh = all.find(({ name }) => MESHES.includes(ending(name)));
-  if (mesh) return askAboutBody(stem(mesh.name), { source: { case: "file", value: meshFile(mesh, all) } });
+  if (mesh) return plain(await askAboutBody(stem(mesh.name), { source: { case: "file", value: meshFile(mesh, all) } }));
   const surface = all.find(({ name }) => SURFACES.includes(ending(name)));
   if (!surface) {
     const known = [...MESHES, ...SURFACES, ".json"].join(", ");
@@ -132,7 +150,5 @@ export async function sceneOf(
       `${all[0]?.name ?? "this"} is no file that this page knows; it knows ${known}`,
     );
   }
-  if (hasOnlyLines(surface)) return askAboutLines(surface);
-  const made = await tetrahedralize(surface, connection, tell);
-  return made ? askAboutBody(stem(surface.name), { source: { case: "arrays", value: made } }) : null;
+  return hasOnlyLines(surface) ? plain(await askAboutLines(surface)) : ofSurface(surface, connection, tell);
 }

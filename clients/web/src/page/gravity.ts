@@ -25,7 +25,7 @@ export function vectorField(
     const box = el("input", {
       type: "number",
       step: "any",
-      value: String(Number(now[axis].toPrecision(6))),
+      value: String(Number(now[axis].toPrecision(4))),
       "aria-label": `${label} ${axis}`,
     });
     box.onchange = () => {

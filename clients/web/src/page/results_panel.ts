@@ -26,6 +26,7 @@ export class ResultsPanel {
   constructor(
     private readonly session: LiveSession,
     private readonly kind: string,
+    fail: (error: unknown) => void,
   ) {
     const isBody = kind === "bodies";
     this.energies = new Plot(
@@ -47,6 +48,23 @@ export class ResultsPanel {
       el("summary", {}, "Result"),
       this.words,
       el("table", {}, this.table),
+      el(
+        "div",
+        { class: "row" },
+        button(
+          "Stop solving",
+          () =>
+            void session.connection
+              .call("cancel", { target: { case: "session", value: session.reference } })
+              .catch(fail),
+        ),
+        isBody
+          ? button(
+              "Solve anew",
+              () => void session.connection.call("solveCold", { session: session.reference }).catch(fail),
+            )
+          : null,
+      ),
       this.energies.element,
       this.errors.element,
     );
@@ -69,7 +87,12 @@ export class ResultsPanel {
       rows.push(row("Edit to new frames", `${number(latency.newest)} ms (half below ${median} ms)`));
     }
     if (result && result.revision > 0n && result.sinceEditMs > 0)
-      rows.push(row("Of it in the server", `${number(result.sinceEditMs)} ms`));
+      rows.push(
+        row(
+          result.converged ? "Final, in the server, after" : "In the server, after",
+          `${number(result.sinceEditMs)} ms`,
+        ),
+      );
     this.table.replaceChildren(...rows);
     if (result?.converged && !result.solveFailed) {
       const revision = Number(result.revision);

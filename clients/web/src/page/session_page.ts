@@ -1,10 +1,12 @@
 import type { Scene } from "../../gen/limber/v1/scene_pb";
 import { button, el } from "../dom";
+import type { DesignStart } from "../linkages/starting_grid";
 import type { EditInit, LiveSession } from "../session/live";
 import { describeResult, describeState } from "../session/words";
 import { PointerControl } from "../view/pointer";
 import { Stage } from "../view/stage";
 import { inWords } from "../wire/errors";
+import { exportPanel } from "./export_panel";
 import { KIND_WORDS } from "./home";
 import { makeWorkspace } from "./kinds";
 import type { Notices } from "./notices";
@@ -29,6 +31,7 @@ export class SessionPage implements Desk {
     readonly session: LiveSession,
     private readonly notices: Notices,
     private readonly reopen: (change: (scene: Scene) => void) => void,
+    readonly designStart: DesignStart | null,
   ) {
     const canvas = el("canvas", {
       class: "view",
@@ -52,6 +55,7 @@ export class SessionPage implements Desk {
     );
     document.body.append(this.element);
     this.stage = new Stage(canvas);
+    canvas.addEventListener("webglcontextrestored", () => this.workspace?.show(this.frame));
     session.on("status", () => this.statusChanged());
     session.on("result", () => this.resultChanged());
     session.on("geometry", () => this.geometryChanged());
@@ -123,8 +127,7 @@ export class SessionPage implements Desk {
   close(): void {
     this.timeline.pause();
     this.session.close();
-    this.stage.renderer.dispose();
-    this.stage.renderer.forceContextLoss();
+    this.stage.dispose();
     this.element.remove();
   }
 
@@ -136,7 +139,7 @@ export class SessionPage implements Desk {
       return;
     }
     new PointerControl(this.stage, this.workspace);
-    this.results = new ResultsPanel(this.session, kind);
+    this.results = new ResultsPanel(this.session, kind, this.fail);
     const help = el("p", { class: "hint" }, this.workspace.hint);
     const others = el("details", { class: "panel" }, el("summary", {}, "Others in this session"), this.people);
     this.people.append(el("li", { class: "quiet" }, "Nobody else has edited since this page joined."));
@@ -150,6 +153,7 @@ export class SessionPage implements Desk {
       ...this.workspace.panels,
       this.results.element,
       explainPanel(this.session),
+      exportPanel(this.session, kind, this.fail),
       others,
       look,
     );

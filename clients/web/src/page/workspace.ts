@@ -1,5 +1,6 @@
 import type { Vector3 } from "three";
 import type { Scene } from "../../gen/limber/v1/scene_pb";
+import type { DesignStart } from "../linkages/starting_grid";
 import type { EditInit, LiveSession } from "../session/live";
 import type { Tone } from "../session/words";
 import type { PointerTarget } from "../view/pointer";
@@ -23,6 +24,8 @@ export interface Desk {
   goTo(frame: number): void;
   /** Marks, panels or the picture have changed. */
   refresh(): void;
+  /** What a design of this session begins with, where it was made for a surface. */
+  readonly designStart: DesignStart | null;
   /** One revision: what has no effect and what is refused is said. */
   send(edits: EditInit[]): void;
   /** Opens the session's scene anew, changed: for what no edit can change. */

@@ -97,6 +97,11 @@ export class LiveSession {
 
   /** Subscribes, then asks for what there is. */
   async start(): Promise<void> {
+    this.listen();
+    await this.refresh();
+  }
+
+  private listen(): void {
     for (const topic of this.topics) {
       this.streams.subscribe(topic, (message) => {
         if (message.sessionUid !== this.name.uid || this.isClosed) return;
@@ -106,6 +111,16 @@ export class LiveSession {
         else if (payload.case === "design") this.takeDesign(payload.value);
       });
     }
+  }
+
+  /** A page that nobody sees takes no frames. */
+  sleep(): void {
+    for (const topic of this.topics) this.streams.unsubscribe(topic);
+  }
+
+  /** What happened meanwhile is asked for, the newest alone. */
+  async wake(): Promise<void> {
+    this.listen();
     await this.refresh();
   }
 

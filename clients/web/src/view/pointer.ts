@@ -47,13 +47,13 @@ export class PointerControl {
     private readonly stage: Stage,
     private readonly target: PointerTarget,
   ) {
-    const { canvas } = stage;
-    canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    canvas.addEventListener("pointerup", (event) => this.up(event));
-    canvas.addEventListener("pointercancel", (event) => this.up(event));
-    window.addEventListener("keydown", (event) => this.key(event, true));
-    window.addEventListener("keyup", (event) => this.key(event, false));
+    const { canvas, closed: signal } = stage;
+    canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true, signal });
+    canvas.addEventListener("pointermove", (event) => this.move(event), { signal });
+    canvas.addEventListener("pointerup", (event) => this.up(event), { signal });
+    canvas.addEventListener("pointercancel", (event) => this.up(event), { signal });
+    window.addEventListener("keydown", (event) => this.key(event, true), { signal });
+    window.addEventListener("keyup", (event) => this.key(event, false), { signal });
   }
 
   private at(event: PointerEvent): PointerAt {

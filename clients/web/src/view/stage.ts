@@ -28,6 +28,7 @@ export class Stage {
   /** Before each drawing. */
   beforeDraw: () => void = () => undefined;
   frames = 0;
+  private readonly closing = new AbortController();
   private readonly scene = new Scene();
   private readonly lights = new Group();
   private grid: GridHelper | null = null;
@@ -47,8 +48,22 @@ export class Stage {
     this.camera.add(this.lights);
     this.scene.add(this.camera, this.content);
     this.controls = this.makeControls();
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
+    const observer = new ResizeObserver(() => this.resize());
+    observer.observe(canvas.parentElement ?? canvas);
+    this.closed.addEventListener("abort", () => observer.disconnect());
     this.resize();
+  }
+
+  /** Aborted when the stage goes: for listeners of who uses it. */
+  get closed(): AbortSignal {
+    return this.closing.signal;
+  }
+
+  dispose(): void {
+    this.closing.abort();
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   /** Draws at the next opportunity. */
@@ -57,6 +72,7 @@ export class Stage {
     this.isAsked = true;
     requestAnimationFrame(() => {
       this.isAsked = false;
+      if (this.closed.aborted) return;
       this.beforeDraw();
       this.renderer.render(this.scene, this.camera);
       this.frames++;
