@@ -65,7 +65,7 @@ test("a point of the flower is dragged, and the server's motion goes there", asy
   const held = positions.slice(3 * node, 3 * node + 3);
   assert.ok(distance(held, constraint.target) < 0.02, `${held} is not near ${constraint.target}`);
   await keepPicture(page, "flower");
-  assert.match(await page.locator("[data-test=result]").innerText(), /final, converged/);
+  assert.match(await page.locator("[data-test=result]").textContent(), /final, converged/);
 
   // The whole drag is one step of undo, however many revisions it made.
   const before = await revision(page);
@@ -150,7 +150,10 @@ test("what was chosen and why is explained, and files are taken away", async () 
   await until(page, () => /modes \(r\)/.test(document.querySelector(".sidebar").textContent));
   await openPanels(page, "Files");
   await page.getByLabel("Format").selectOption({ label: "Blender: surface (.pc2, .obj)" });
-  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Download" }).click()]);
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Download" }).click(),
+  ]);
   assert.match(download.suggestedFilename(), /\.zip$/);
   const listed = spawnSync("python3", ["-m", "zipfile", "-l", await download.path()], { encoding: "utf8" }).stdout;
   assert.match(listed, /_surface\.obj/);
@@ -201,23 +204,21 @@ test("keys scrub and play at the scene's rate", async () => {
 test("the GPU's surface is the server's", async () => {
   const { page } = await flower();
   const positions = await serverPositions(page, FRAME);
-  const worst = await page.evaluate(
-    (positions) => {
-      const { workspace, stage } = window.limber.opened;
-      const { deformer } = workspace.surface;
-      if (!deformer.isOnGpu) return Number.POSITIVE_INFINITY;
-      const { side } = deformer;
-      const [target] = deformer.targets;
-      const texels = new Float32Array(4 * side * target.height);
-      stage.renderer.readRenderTargetPixels(target, 0, 0, side, target.height, texels);
-      let worst = 0;
-      workspace.surface.vertices.forEach((node, i) => {
-        for (let axis = 0; axis < 3; axis++) worst = Math.max(worst, Math.abs(texels[4 * i + axis] - positions[3 * node + axis]));
-      });
-      return worst;
-    },
-    positions,
-  );
+  const worst = await page.evaluate((positions) => {
+    const { workspace, stage } = window.limber.opened;
+    const { deformer } = workspace.surface;
+    if (!deformer.isOnGpu) return Number.POSITIVE_INFINITY;
+    const { side } = deformer;
+    const [target] = deformer.targets;
+    const texels = new Float32Array(4 * side * target.height);
+    stage.renderer.readRenderTargetPixels(target, 0, 0, side, target.height, texels);
+    let worst = 0;
+    workspace.surface.vertices.forEach((node, i) => {
+      for (let axis = 0; axis < 3; axis++)
+        worst = Math.max(worst, Math.abs(texels[4 * i + axis] - positions[3 * node + axis]));
+    });
+    return worst;
+  }, positions);
   assert.ok(worst < 3e-4, `off by ${worst}`);
   await page.context().close();
 });

@@ -28,7 +28,8 @@ const tip = async (page) => {
   );
   return seen(page, at);
 };
-const constraints = (page, count) => until(page, (count) => window.limber.opened?.session.scene?.constraints.length === count, count);
+const constraints = (page, count) =>
+  until(page, (count) => window.limber.opened?.session.scene?.constraints.length === count, count);
 
 test("two pages see each other's edits", async () => {
   const first = await visit(browser, server.url);
@@ -49,7 +50,11 @@ test("two pages see each other's edits", async () => {
   assert.deepEqual(motions[0], motions[1]);
   await second.keyboard.press("Control+z");
   await until(first, (revision) => window.limber.opened.session.revision > BigInt(revision), revision);
-  assert.ok(!/Somebody else/.test(await second.evaluate(() => document.querySelector(".log").textContent.replace(/.*revisions? \d+.*/, ""))));
+  assert.ok(
+    !/Somebody else/.test(
+      await second.evaluate(() => document.querySelector(".log").textContent.replace(/.*revisions? \d+.*/, "")),
+    ),
+  );
   assert.deepEqual(first.faults.concat(second.faults), []);
   await first.context().close();
   await second.context().close();
@@ -62,7 +67,10 @@ test("a server that is killed and comes back finds the page's session again", as
   await drag(page, await tip(page), [0, -30]);
   await settle(page, 1);
   await constraints(page, count + 1);
-  const before = await page.evaluate(() => ({ name: window.limber.opened.session.name.session, uid: String(window.limber.opened.session.name.uid) }));
+  const before = await page.evaluate(() => ({
+    name: window.limber.opened.session.name.session,
+    uid: String(window.limber.opened.session.name.uid),
+  }));
   await server.kill();
   await page.waitForSelector('body[data-connection="lost"], body[data-connection="connecting"]');
   await server.start(server.address);
@@ -70,7 +78,7 @@ test("a server that is killed and comes back finds the page's session again", as
   await settle(page);
   await constraints(page, count + 1);
   assert.equal(await page.evaluate(() => window.limber.opened.session.name.session), before.name);
-  assert.match(await page.locator(".notices").innerText(), /The server was restarted/);
+  assert.match(await page.locator(".notices").textContent(), /The server was restarted/);
   await drag(page, await tip(page), [0, 20]);
   await settle(page, 1);
   assert.deepEqual(page.faults, []);
@@ -93,8 +101,8 @@ test("dropped files are opened, and what is wrong with them is said in words", a
   const notices = page.locator(".notices");
   await drop(page, [{ name: "bad.json", text: '{"mesh": {"sample": "beam"}, "frames": 2, "fixed_nodes": [999999]}' }]);
   await until(page, () => document.querySelectorAll(".notice.bad").length >= 2);
-  assert.match(await notices.innerText(), /frames/);
-  assert.match(await notices.innerText(), /fixed_nodes/);
+  assert.match(await notices.textContent(), /frames/);
+  assert.match(await notices.textContent(), /fixed_nodes/);
   await drop(page, [{ name: "letter.docx", text: "x" }]);
   await until(page, () => /no file that this page knows/.test(document.querySelector(".notices").textContent));
   await drop(page, [{ name: "good.json", text: '{"name": "mine", "mesh": {"sample": "beam"}, "frames": 60}' }]);

@@ -15,8 +15,16 @@ const axe = readFileSync(require.resolve("axe-core"), "utf8");
 const BIN = process.env.LIMBER_BIN ?? join(ROOT, "build/release/bin");
 const PICTURES = process.env.LIMBER_PICTURES ?? "";
 const PATIENCE_MS = 60_000;
-const CHROMIUM = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((path) => existsSync(path));
-const FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader", "--ignore-gpu-blocklist"];
+const CHROMIUM = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((path) =>
+  existsSync(path),
+);
+const FLAGS = [
+  "--no-sandbox",
+  "--enable-unsafe-swiftshader",
+  "--use-gl=angle",
+  "--use-angle=swiftshader",
+  "--ignore-gpu-blocklist",
+];
 
 /** A limberd that serves the page of clients/web/dist. */
 export class Server {
@@ -30,7 +38,16 @@ export class Server {
   async start(address = "127.0.0.1:0") {
     const ready = join(this.folder, "ready.json");
     rmSync(ready, { force: true });
-    const options = ["--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0", "--ready-file", ready, "--web", address];
+    const options = [
+      "--bind",
+      "tcp://127.0.0.1:0",
+      "--stream",
+      "tcp://127.0.0.1:0",
+      "--ready-file",
+      ready,
+      "--web",
+      address,
+    ];
     const page = ["--web-root", join(ROOT, "clients/web/dist"), "--web-token-file", this.token];
     this.process = spawn(join(BIN, "limberd"), [...options, ...page], { stdio: ["ignore", "ignore", "pipe"] });
     this.ended = new Promise((resolve) => this.process.once("exit", resolve));
@@ -74,7 +91,8 @@ export async function visit(browser, url, options = {}) {
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(error.message));
   page.on("console", (message) => {
-    if (message.type() === "error" && !/WebSocket|ERR_CONNECTION/.test(message.text())) page.faults.push(message.text());
+    if (message.type() === "error" && !/WebSocket|ERR_CONNECTION/.test(message.text()))
+      page.faults.push(message.text());
   });
   await page.goto(url);
   await page.waitForSelector('body[data-connection="open"]');
@@ -83,21 +101,29 @@ export async function visit(browser, url, options = {}) {
 
 /** Until a condition of the page's own objects holds. */
 export async function until(page, condition, argument) {
-  await page.waitForFunction(condition, argument, { timeout: PATIENCE_MS });
+  await page.waitForFunction(condition, argument, { timeout: PATIENCE_MS, polling: 50 });
 }
 
-/** The newest revision is final, and its frames are in the page. */
+/** The newest revision is final, its scene and frames are in the page, and no edit follows within a quarter of a second. */
 export async function settle(page, least = 0) {
-  await until(
-    page,
-    (least) => {
-      const session = window.limber.opened?.session;
-      const result = session?.result;
-      const isFinal = result?.converged && result.revision === session.revision && result.revision >= BigInt(least);
-      return Boolean(isFinal && session.motion.sequence === result.sequence && session.motion.frames > 0);
-    },
-    least,
-  );
+  for (let before = -1; ; ) {
+    await until(
+      page,
+      (least) => {
+        const session = window.limber.opened?.session;
+        const result = session?.result;
+        const isFinal = result?.converged && result.revision === session.revision && result.revision >= BigInt(least);
+        const isHere =
+          isFinal && session.motion.sequence === result.sequence && session.sceneRevision === session.revision;
+        return Boolean(isHere && session.motion.frames > 0);
+      },
+      least,
+    );
+    const now = await revision(page);
+    if (now === before) return;
+    before = now;
+    await page.waitForTimeout(250);
+  }
 }
 
 export async function openSample(page, name) {

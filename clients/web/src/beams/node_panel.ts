@@ -1,6 +1,6 @@
 import type { BeamLoad, BeamMotion, BeamSupport } from "../../gen/limber/v1/beam_structure_pb";
-import { button, el } from "../dom";
-import { vectorField } from "../page/gravity";
+import { button, el } from "../controls/dom";
+import { vectorField } from "../controls/vectors";
 import type { EditInit } from "../session/live";
 
 export interface NodeConditions {

@@ -1,5 +1,5 @@
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
-import { button, el, field, number } from "../dom";
+import { button, el, field, number } from "../controls/dom";
 import { AXES, type ConstraintInit, copy, describeNodes } from "./targets";
 
 export interface ConstraintActions {

@@ -1,6 +1,6 @@
-import { button, el } from "../dom";
-import type { Desk } from "../page/workspace";
+import { button, el } from "../controls/dom";
 import { fromFloats } from "../wire/arrays";
+import type { Desk } from "../workspace";
 import type { BodySurface } from "./surface";
 
 /** Poses that the motion goes through: the shown pose is copied to another frame, keyframes are moved and removed. */

@@ -1,7 +1,7 @@
 import { EndCondition, MaterialVariables } from "../../gen/limber/v1/scene_pb";
-import { button, choice, el, field, number } from "../dom";
-import type { Desk } from "../page/workspace";
+import { button, choice, el, field, number } from "../controls/dom";
 import type { EditInit } from "../session/live";
+import type { Desk } from "../workspace";
 
 const MODES: [MaterialVariables, string][] = [
   [MaterialVariables.MOTION, "forces alone, material as it is"],

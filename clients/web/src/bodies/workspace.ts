@@ -1,11 +1,11 @@
 import { Vector3 } from "three";
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
-import { button, el } from "../dom";
-import type { Desk, Mark, Workspace } from "../page/workspace";
+import { button, el } from "../controls/dom";
 import { NewestWins } from "../session/newest";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
+import type { Desk, Mark, Workspace } from "../workspace";
 import { constraintPanel } from "./constraint_panel";
 import { keyframePanel } from "./keyframes";
 import { materialPanel } from "./material_panel";

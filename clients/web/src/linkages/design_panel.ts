@@ -1,7 +1,6 @@
 import { DesignEnd, type DesignInfo, DesignLengths, DesignState } from "../../gen/limber/v1/design_pb";
-import { button, choice, el, field, number } from "../dom";
-import type { Desk } from "../page/workspace";
-import type { DesignStart } from "./starting_grid";
+import { button, choice, el, field, number } from "../controls/dom";
+import type { DesignStart, Desk } from "../workspace";
 import { SurfaceView } from "./surface_view";
 
 const STATES: Record<number, string> = {

@@ -1,6 +1,6 @@
 import { Held, type JointAngle, type JointLoad, type JointPin, type LinkageTarget } from "../../gen/limber/v1/scene_pb";
-import { button, choice, el, field, number } from "../dom";
-import { vectorField } from "../page/gravity";
+import { button, choice, el, field, number } from "../controls/dom";
+import { vectorField } from "../controls/vectors";
 import type { EditInit } from "../session/live";
 
 export interface JointConditions {

@@ -1,19 +1,10 @@
 import { create } from "@bufbuild/protobuf";
-import type { Array as ArrayMessage } from "../../gen/limber/v1/common_pb";
 import { Held, type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
-import { el, field } from "../dom";
-import { ask } from "../page/dialogs";
+import { ask } from "../controls/dialogs";
+import { el, field } from "../controls/dom";
 import { integers } from "../wire/arrays";
 import type { Connection } from "../wire/connection";
-
-/** What a design of a session begins with, where the session was made for a surface. */
-export interface DesignStart {
-  name: string;
-  content: Uint8Array;
-  /** Of the grid on the surface, one a joint; absent: the surface stays where it is. */
-  fittedPoints?: ArrayMessage | undefined;
-  flatAngleDegrees?: number;
-}
+import type { DesignStart } from "../workspace";
 
 const YOUNG = 1e10;
 const EDGES_PER_SEGMENT = 6;

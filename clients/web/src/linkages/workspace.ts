@@ -1,8 +1,7 @@
 import { Vector3 } from "three";
 import { Held, type JointLoad, type LinkageTarget } from "../../gen/limber/v1/scene_pb";
-import { button, choice, el, field, number } from "../dom";
-import { gravityField } from "../page/gravity";
-import type { Desk, Mark, Workspace } from "../page/workspace";
+import { button, choice, el, field, number } from "../controls/dom";
+import { gravityField } from "../controls/vectors";
 import { Legend, normalize } from "../rods/colors";
 import { SweptRods } from "../rods/sweep";
 import type { EditInit } from "../session/live";
@@ -10,22 +9,15 @@ import { NewestWins } from "../session/newest";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
+import type { Desk, Mark, Workspace } from "../workspace";
+import { COLOR_CHOICES, type ColorBy, Coloring } from "./coloring";
 import { designPanel } from "./design_panel";
 import { jointPanel } from "./joint_panel";
 import { LinkageShapes } from "./shape";
-import { stresses } from "./stress";
 
-type ColorBy = "none" | "bending" | "twist" | "angle" | "stress";
 type DragMode = "spring" | "pin";
 
 const COLORS = { joint: 0xf2f4f5, pin: 0xb3261e, target: 0x1f77c9, selected: 0xffc400, load: 0x2e7d32 } as const;
-const COLOR_CHOICES: readonly [ColorBy, string][] = [
-  ["none", "nothing"],
-  ["bending", "bending: curvature"],
-  ["twist", "twist per length"],
-  ["angle", "opening angle"],
-  ["stress", "stress (von Mises)"],
-];
 const PATH_RATE = 12;
 /** Of a rod segment's axial stiffness EA/L: springs that hold a joint near its target without stiffening everything. */
 const SPRING_SHARE = 1.5e-3;
@@ -50,10 +42,8 @@ export class LinkageWorkspace implements Workspace {
   private shapes: LinkageShapes | null = null;
   private positions: Vector3[] = [];
   private selected: number | null = null;
-  private colorBy: ColorBy = "bending";
+  private readonly coloring: Coloring;
   private mode: DragMode = "spring";
-  private stress: { values: Float32Array; sequence: bigint } | null = null;
-  private isAskingStress = false;
   private dragged: { joint: number; target: Vector3 } | null = null;
   private stiffness = 0;
   private isAngleMoving = false;
@@ -64,6 +54,7 @@ export class LinkageWorkspace implements Workspace {
     this.markers = new Markers(desk.stage);
     this.lines = new Segments(desk.stage);
     desk.stage.canvas.after(this.legend.element);
+    this.coloring = new Coloring(desk, () => this.show(desk.frame));
     this.design = designPanel(desk);
     this.panels = [
       el("details", { class: "panel", open: true }, el("summary", {}, "Shape"), this.opening),
@@ -102,7 +93,7 @@ export class LinkageWorkspace implements Workspace {
     const numbers = motion.frame(frame);
     if (!shapes.fits(numbers)) return;
     const plain = shapes.shape(numbers, null);
-    const values = this.values(numbers, plain);
+    const values = this.coloring.values(shapes, numbers, plain);
     if (values) {
       const { shares, low, high } = normalize(values.of);
       plain.line.forEach((_, i) => {
@@ -123,7 +114,7 @@ export class LinkageWorkspace implements Workspace {
 
   resultChanged(): void {
     if (!this.isAngleMoving) this.drawControls();
-    this.askForStress();
+    if (this.shapes) this.coloring.ask(this.shapes);
     this.design.update();
   }
 
@@ -287,49 +278,6 @@ export class LinkageWorkspace implements Workspace {
     this.lines.set(lines);
   }
 
-  private values(
-    numbers: Float32Array,
-    shape: ReturnType<LinkageShapes["shape"]>,
-  ): { of: Float32Array; title: string; unit: string } | null {
-    const { shapes } = this;
-    if (!shapes) return null;
-    if (this.colorBy === "bending") return { of: shapes.curvatures(shape), title: "Curvature", unit: "1/m" };
-    if (this.colorBy === "twist") return { of: shapes.twists(shape), title: "Twist per length", unit: "rad/m" };
-    if (this.colorBy === "angle") return { of: shapes.anglesAlong(numbers), title: "Opening angle", unit: "°" };
-    if (this.colorBy !== "stress") return null;
-    this.askForStress();
-    const isShown = this.stress !== null && this.desk.frame === this.desk.session.motion.frames - 1;
-    const of = isShown && this.stress ? this.stress.values : new Float32Array(shapes.stations).fill(Number.NaN);
-    return { of, title: isShown ? "Stress of the final shape" : "Stress: known of final shapes", unit: "Pa" };
-  }
-
-  private askForStress(): void {
-    const { session } = this.desk;
-    const result = session.result;
-    const isOld = this.stress?.sequence !== result?.sequence;
-    if (
-      this.colorBy !== "stress" ||
-      !this.shapes ||
-      !result?.converged ||
-      result.solveFailed ||
-      !isOld ||
-      this.isAskingStress
-    )
-      return;
-    this.isAskingStress = true;
-    stresses(session, this.shapes.edges)
-      .then((made) => {
-        this.stress = { ...made, sequence: result.sequence };
-        this.isAskingStress = false;
-        this.show(this.desk.frame);
-      })
-      .catch((error) => {
-        this.isAskingStress = false;
-        this.colorBy = "none";
-        this.desk.fail(error);
-      });
-  }
-
   private defaultStiffness(): number {
     const { shapes } = this;
     const frame = this.desk.session.motion.frame(0);
@@ -413,8 +361,8 @@ export class LinkageWorkspace implements Workspace {
       el("div", { class: "row" }, readout, el("label", {}, isFree, "free")),
       field(
         "Colour by",
-        choice(COLOR_CHOICES, this.colorBy, (value) => {
-          this.colorBy = value as ColorBy;
+        choice(COLOR_CHOICES, this.coloring.by, (value) => {
+          this.coloring.by = value as ColorBy;
           this.show(this.desk.frame);
         }),
       ),

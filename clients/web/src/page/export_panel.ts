@@ -1,5 +1,5 @@
 import { ExportFormat } from "../../gen/limber/v1/service_pb";
-import { button, choice, el, field } from "../dom";
+import { button, choice, el, field } from "../controls/dom";
 import type { LiveSession } from "../session/live";
 import { type Entry, zip } from "./zip";
 

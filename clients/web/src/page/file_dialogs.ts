@@ -1,7 +1,7 @@
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import { type MeshSourceSchema, type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
-import { choice, el, field } from "../dom";
-import { ask } from "./dialogs";
+import { ask } from "../controls/dialogs";
+import { choice, el, field } from "../controls/dom";
 import type { Dropped } from "./files";
 
 const DEFAULT_FRAMES = 120;

@@ -1,8 +1,9 @@
 import { create, fromJson, type JsonObject, type JsonValue } from "@bufbuild/protobuf";
 import { type MeshFile, MeshFileSchema, type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
-import { type DesignStart, startingGrid } from "../linkages/starting_grid";
+import { startingGrid } from "../linkages/starting_grid";
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
+import type { DesignStart } from "../workspace";
 import { askAboutBody, askAboutLines, askAboutSurface } from "./file_dialogs";
 import { tetrahedralize } from "./tetrahedralize";
 

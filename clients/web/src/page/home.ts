@@ -1,5 +1,5 @@
 import { SessionState, type SessionStatus } from "../../gen/limber/v1/service_pb";
-import { button, el } from "../dom";
+import { button, el } from "../controls/dom";
 
 export const KIND_WORDS: Record<string, string> = {
   bodies: "elastic body",

@@ -1,7 +1,7 @@
 import { BeamWorkspace } from "../beams/workspace";
 import { BodyWorkspace } from "../bodies/workspace";
 import { LinkageWorkspace } from "../linkages/workspace";
-import type { Desk, Workspace } from "./workspace";
+import type { Desk, Workspace } from "../workspace";
 
 /** A row for each kind. */
 const KINDS: Record<string, (desk: Desk) => Workspace> = {

@@ -1,4 +1,4 @@
-import { button, el } from "../dom";
+import { button, el } from "../controls/dom";
 import type { Tone } from "../session/words";
 
 const KEPT = 4;

@@ -1,6 +1,6 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { el } from "../dom";
+import { el } from "../controls/dom";
 
 export interface Series {
   label: string;

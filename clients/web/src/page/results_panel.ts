@@ -1,5 +1,5 @@
 import type { ResultInfo } from "../../gen/limber/v1/service_pb";
-import { button, el, number } from "../dom";
+import { button, el, number } from "../controls/dom";
 import type { LiveSession } from "../session/live";
 import { describeAccuracy, describeResult, describeState, type Line } from "../session/words";
 import { inWords } from "../wire/errors";

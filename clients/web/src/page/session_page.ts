@@ -1,18 +1,17 @@
 import type { Scene } from "../../gen/limber/v1/scene_pb";
-import { button, el } from "../dom";
-import type { DesignStart } from "../linkages/starting_grid";
+import { button, el } from "../controls/dom";
 import type { EditInit, LiveSession } from "../session/live";
 import { describeResult, describeState } from "../session/words";
 import { PointerControl } from "../view/pointer";
 import { Stage } from "../view/stage";
 import { inWords } from "../wire/errors";
+import type { DesignStart, Desk, Workspace } from "../workspace";
 import { exportPanel } from "./export_panel";
 import { KIND_WORDS } from "./home";
 import { makeWorkspace } from "./kinds";
 import type { Notices } from "./notices";
 import { explainPanel, ResultsPanel } from "./results_panel";
 import { Timeline } from "./timeline";
-import type { Desk, Workspace } from "./workspace";
 
 /** A session on the page: its picture, timeline and panels. */
 export class SessionPage implements Desk {

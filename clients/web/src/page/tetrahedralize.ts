@@ -1,9 +1,9 @@
 import type { MeshArrays } from "../../gen/limber/v1/scene_pb";
 import { JobState } from "../../gen/limber/v1/service_pb";
-import { el, field, number } from "../dom";
+import { ask } from "../controls/dialogs";
+import { el, field, number } from "../controls/dom";
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
-import { ask } from "./dialogs";
 import type { Dropped } from "./files";
 
 const DEFAULT_TETS = 5000;

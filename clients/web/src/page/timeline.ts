@@ -1,5 +1,5 @@
-import { button, el } from "../dom";
-import type { Mark } from "./workspace";
+import { button, el } from "../controls/dom";
+import type { Mark } from "../workspace";
 
 /** Scrubs and plays. Arrow keys move by a frame where the slider has the focus, and anywhere else by the page's keys. */
 export class Timeline {

@@ -1,4 +1,4 @@
-import { el, number } from "../dom";
+import { el, number } from "../controls/dom";
 
 /** From dark blue over green to yellow (an approximation of viridis), readable without seeing red and green apart. */
 const STOPS: [number, number, number][] = [

@@ -1,5 +1,5 @@
 import { type ResultInfo, SessionState, type SessionStatus, SolveStatus } from "../../gen/limber/v1/service_pb";
-import { number } from "../dom";
+import { number } from "../controls/dom";
 
 /** How sure a line is: the page shows each in its colour and with its sign. */
 export type Tone = "good" | "busy" | "warning" | "bad";

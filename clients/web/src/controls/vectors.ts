@@ -1,5 +1,5 @@
-import { el, field } from "../dom";
-import type { Desk } from "./workspace";
+import type { Desk } from "../workspace";
+import { el, field } from "./dom";
 
 const EARTH = -9.81;
 

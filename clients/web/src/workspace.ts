@@ -1,10 +1,10 @@
 import type { Vector3 } from "three";
-import type { Scene } from "../../gen/limber/v1/scene_pb";
-import type { DesignStart } from "../linkages/starting_grid";
-import type { EditInit, LiveSession } from "../session/live";
-import type { Tone } from "../session/words";
-import type { PointerTarget } from "../view/pointer";
-import type { Stage, UpAxis } from "../view/stage";
+import type { Array as ArrayMessage } from "../gen/limber/v1/common_pb";
+import type { Scene } from "../gen/limber/v1/scene_pb";
+import type { EditInit, LiveSession } from "./session/live";
+import type { Tone } from "./session/words";
+import type { PointerTarget } from "./view/pointer";
+import type { Stage, UpAxis } from "./view/stage";
 
 /** A frame that something is marked in. */
 export interface Mark {
@@ -13,6 +13,15 @@ export interface Mark {
   label: string;
   color: string;
   isSelected: boolean;
+}
+
+/** What a design of a session begins with, where the session was made for a surface. */
+export interface DesignStart {
+  name: string;
+  content: Uint8Array;
+  /** Of the grid on the surface, one a joint; absent: the surface stays where it is. */
+  fittedPoints?: ArrayMessage | undefined;
+  flatAngleDegrees?: number;
 }
 
 /** What the page gives to the workspace of a kind. */

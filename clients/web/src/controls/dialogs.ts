@@ -1,4 +1,4 @@
-import { button, el } from "../dom";
+import { button, el } from "./dom";
 
 /** Asks in a dialog; false: the person changed their mind. content: fields that hold their answers themselves. */
 export function ask(title: string, content: HTMLElement[], action: string): Promise<boolean> {
