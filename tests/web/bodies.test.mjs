@@ -64,7 +64,6 @@ test("a point of the flower is dragged, and the server's motion goes there", asy
   const [node] = constraint.nodes;
   const held = positions.slice(3 * node, 3 * node + 3);
   assert.ok(distance(held, constraint.target) < 0.02, `${held} is not near ${constraint.target}`);
-  await keepPicture(page, "flower");
   assert.match(await page.locator("[data-test=result]").textContent(), /final, converged/);
 
   // The whole drag is one step of undo, however many revisions it made.
@@ -125,6 +124,8 @@ test("a painted group is held by its mean, a pose becomes a keyframe, a material
   const positions = await serverPositions(page, FRAME);
   const mean = [0, 1, 2].map((axis) => group.reduce((sum, node) => sum + positions[3 * node + axis], 0) / group.length);
   assert.ok(distance(mean, constraint.target) < 0.02, `${mean} is not near ${constraint.target}`);
+
+  await keepPicture(page, "flower");
 
   await openPanels(page, "Keyframes");
   await page.getByLabel("Frame of the new keyframe").fill("300");

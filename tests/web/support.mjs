@@ -101,7 +101,15 @@ export async function visit(browser, url, options = {}) {
 
 /** Until a condition of the page's own objects holds. */
 export async function until(page, condition, argument) {
-  await page.waitForFunction(condition, argument, { timeout: PATIENCE_MS, polling: 50 });
+  try {
+    await page.waitForFunction(condition, argument, { timeout: PATIENCE_MS, polling: 50 });
+  } catch (error) {
+    const said = await page.evaluate(() => [
+      document.querySelector("main")?.dataset,
+      document.querySelector(".notices")?.textContent,
+    ]);
+    throw new Error(`waited in vain for ${condition}; the page says ${JSON.stringify(said)}`, { cause: error });
+  }
 }
 
 /** The newest revision is final, its scene and frames are in the page, and no edit follows within a quarter of a second. */

@@ -86,7 +86,9 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
     pause: button("Pause", () => call(session.connection.call("pauseDesign", reference))),
     resume: button("Resume", () => call(session.connection.call("resumeDesign", reference))),
     stop: button("Stop", () => call(session.connection.call("stopDesign", reference))),
-    take: button("Take the best", () => call(session.connection.call("takeDesign", reference))),
+    take: button("Take the best", () =>
+      call(session.connection.call("takeDesign", reference).then(() => session.refreshDesign())),
+    ),
   };
   const update = (): void => {
     const state = session.design?.state;

@@ -51,7 +51,8 @@ export class Timeline {
     this.rate = rate;
     this.slider.max = String(this.frames - 1);
     this.entry.max = String(this.frames - 1);
-    this.total.textContent = `of ${this.frames - 1}`;
+    this.total.textContent = this.frames > 1 ? `of ${this.frames - 1}` : "one shape";
+    this.entry.hidden = this.frames < 2;
     this.slider.setAttribute("aria-label", name);
     this.play.disabled = this.frames < 2;
     if (isAtEnd && wasLast && !this.isPlaying) this.goTo(this.frames - 1);

@@ -130,6 +130,13 @@ export class LiveSession {
     if (scene) this.takeScene(scene, status?.revision ?? 0n);
     if (status) this.takeStatus(status);
     if (status?.result) this.enqueue(() => this.fetchMotion());
+    if (status?.kind === "linkages") this.enqueue(() => this.refreshDesign());
+  }
+
+  /** Of a linkage: how its newest design stands. */
+  async refreshDesign(): Promise<void> {
+    const { design } = await this.connection.call("getDesign", { session: this.reference });
+    if (design && !this.isClosed) this.takeDesign(design);
   }
 
   close(): void {
