@@ -1,0 +1,93 @@
+import { EndCondition, MaterialVariables } from "../../gen/limber/v1/scene_pb";
+import { button, choice, el, field, number } from "../controls/dom";
+import type { EditInit } from "../session/live";
+import type { Desk } from "../workspace";
+
+const MODES: [MaterialVariables, string][] = [
+  [MaterialVariables.MOTION, "forces alone, material as it is"],
+  [MaterialVariables.DYNAMICS, "frequencies and damping too"],
+  [MaterialVariables.ALL, "the modes themselves too"],
+];
+const ENDS: [EndCondition, string][] = [
+  [EndCondition.FREE, "free"],
+  [EndCondition.PINNED_POSITION, "held in position"],
+  [EndCondition.PINNED_POSITION_VELOCITY, "held in position and velocity"],
+];
+const DEFAULTS = { framesPerSecond: 30, periodFrames: 40, dampingRatio: 0 };
+
+/** Dynamics, ends, and what of the material is optimised. */
+export function materialPanel(desk: Desk): { element: HTMLElement; update(): void } {
+  const content = el("div", { class: "form" });
+  const send = (edit: EditInit): void => {
+    desk.send([edit]);
+  };
+  const update = (): void => {
+    const { scene, result } = desk.session;
+    if (!scene || content.contains(document.activeElement)) return;
+    const dynamics = { ...DEFAULTS, ...pick(scene.dynamics) };
+    const setDynamics = (change: Partial<typeof DEFAULTS>): void =>
+      send({ edit: { case: "setDynamics", value: { ...dynamics, ...change } } });
+    const entry = (value: number, change: (value: number) => void): HTMLInputElement => {
+      const made = el("input", { type: "number", step: "any", min: "0", value: number(value, 5) });
+      made.onchange = () => {
+        if (made.value !== "") change(made.valueAsNumber);
+      };
+      return made;
+    };
+    const setEnds = (first: EndCondition, last: EndCondition): void =>
+      send({ edit: { case: "setEnds", value: { firstEnd: first, lastEnd: last } } });
+    const ends = ENDS.map(([key, text]) => [String(key), text] as const);
+    const first = scene.firstEnd || EndCondition.PINNED_POSITION_VELOCITY;
+    const last = scene.lastEnd || EndCondition.PINNED_POSITION_VELOCITY;
+    const variables = scene.materialOptimisation?.variables || MaterialVariables.MOTION;
+    const modes = MODES.map(([key, text]) => [String(key), text] as const);
+    content.replaceChildren(
+      field(
+        "Swing of the lowest mode",
+        entry(dynamics.periodFrames, (periodFrames) => setDynamics({ periodFrames })),
+        "frames",
+      ),
+      field(
+        "Damping",
+        entry(dynamics.dampingRatio, (dampingRatio) => setDynamics({ dampingRatio })),
+        "of critical",
+      ),
+      field(
+        "First frame",
+        choice(ends, String(first), (value) => setEnds(Number(value), last)),
+      ),
+      field(
+        "Last frame",
+        choice(ends, String(last), (value) => setEnds(first, Number(value))),
+      ),
+      field(
+        "Optimise",
+        choice(modes, String(variables), (value) =>
+          send({ edit: { case: "setMaterial", value: { variables: Number(value) } } }),
+        ),
+      ),
+      el(
+        "div",
+        { class: "row" },
+        button("Reset the material", () => send({ edit: { case: "resetMaterial", value: {} } })),
+        el(
+          "span",
+          { class: "quiet" },
+          result?.materialIterations ? `${result.materialIterations} steps of the fit` : "",
+        ),
+      ),
+    );
+  };
+  const element = el("details", { class: "panel" }, el("summary", {}, "Dynamics and material"), content);
+  return { element, update };
+}
+
+function pick(
+  dynamics: { framesPerSecond?: number; periodFrames?: number; dampingRatio?: number } | undefined,
+): Partial<typeof DEFAULTS> {
+  const made: Partial<typeof DEFAULTS> = {};
+  if (dynamics?.framesPerSecond !== undefined) made.framesPerSecond = dynamics.framesPerSecond;
+  if (dynamics?.periodFrames !== undefined) made.periodFrames = dynamics.periodFrames;
+  if (dynamics?.dampingRatio !== undefined) made.dampingRatio = dynamics.dampingRatio;
+  return made;
+}

@@ -1,0 +1,403 @@
+import { Vector3 } from "three";
+import type { Constraint } from "../../gen/limber/v1/scene_pb";
+import { button, el } from "../controls/dom";
+import { NewestWins } from "../session/newest";
+import { type Marker, Markers, Segments } from "../view/markers";
+import type { Grab, PointerAt } from "../view/pointer";
+import type { UpAxis } from "../view/stage";
+import type { Desk, Mark, Workspace } from "../workspace";
+import { constraintPanel } from "./constraint_panel";
+import { keyframePanel } from "./keyframes";
+import { materialPanel } from "./material_panel";
+import { BodySurface } from "./surface";
+import { asTarget, type ConstraintInit, describeNodes, targetPosition } from "./targets";
+
+const COLORS = {
+  soft: 0x1f77c9,
+  exact: 0xb3261e,
+  selected: 0xffc400,
+  far: 0x8fa3ad,
+  group: 0x7b2fbf,
+  trace: 0x3d7ea6,
+} as const;
+/** Of the body's length: how far around the pointer shift and drag add nodes to a group. */
+const BRUSH_SHARE = 0.03;
+const DEFAULT_RATE = 30;
+
+/** What is dragged, until the server's scene has it. */
+interface Dragged {
+  id: bigint;
+  nodes: number[];
+  frame: number;
+  target: Vector3;
+}
+
+/** Live editing of a body: constraints are dragged at the shown frame, the motion follows. */
+export class BodyWorkspace implements Workspace {
+  readonly up: UpAxis = "y";
+  readonly panels: HTMLElement[];
+  readonly frameName = "Frame";
+  readonly hint =
+    "Drag a point of the body: it is held there in this frame. Hold x, y or z for one axis; Shift and drag paints a group of nodes.";
+  readonly surface: BodySurface;
+  private readonly markers: Markers;
+  private readonly lines: Segments;
+  private readonly selectionPanel = el("details", { class: "panel", open: true }, el("summary", {}, "Constraints"));
+  private readonly selectionBody = el("div", {});
+  private readonly keyframes: { element: HTMLElement; update(): void };
+  private readonly material: { element: HTMLElement; update(): void };
+  private selected: bigint | null = null;
+  private dragged: Dragged | null = null;
+  private group: number[] = [];
+  private extent = 1;
+  private areTracesShown = true;
+
+  constructor(private readonly desk: Desk) {
+    this.surface = new BodySurface(desk.stage);
+    this.markers = new Markers(desk.stage);
+    this.lines = new Segments(desk.stage);
+    this.selectionPanel.append(this.selectionBody);
+    this.keyframes = keyframePanel(desk, this.surface);
+    this.material = materialPanel(desk);
+    this.panels = [this.selectionPanel, this.keyframes.element, this.material.element];
+  }
+
+  get rate(): number {
+    return this.desk.session.scene?.dynamics?.framesPerSecond ?? DEFAULT_RATE;
+  }
+
+  setGeometry(): [Vector3, Vector3] | null {
+    const { geometry } = this.desk.session;
+    if (!geometry) return null;
+    const box = this.surface.setGeometry(geometry);
+    this.extent = box[0].distanceTo(box[1]);
+    return box;
+  }
+
+  show(frame: number): void {
+    const { motion } = this.desk.session;
+    if (motion.frames === 0) return;
+    this.surface.show(motion.frame(frame));
+    this.drawMarkers();
+  }
+
+  sceneChanged(): void {
+    if (this.selected !== null && !this.constraints.some(({ id }) => id === this.selected)) this.selected = null;
+    this.drawMarkers();
+    this.drawSelection();
+    this.keyframes.update();
+    this.material.update();
+  }
+
+  resultChanged(): void {
+    this.material.update();
+  }
+
+  marks(): Mark[] {
+    const marks = this.constraints.map((constraint) => ({
+      frame: constraint.frame,
+      key: `c${constraint.id}`,
+      label: `Constraint ${constraint.id} in frame ${constraint.frame}, ${describeNodes(constraint.nodes)}`,
+      color: constraint.enforcement.case === "exact" ? "#b3261e" : "#1f77c9",
+      isSelected: constraint.id === this.selected,
+    }));
+    const keyframes = (this.desk.session.scene?.keyframes ?? []).map(({ id, frame }) => ({
+      frame,
+      key: `k${id}`,
+      label: `Keyframe ${id} in frame ${frame}`,
+      color: "#2e7d32",
+      isSelected: false,
+    }));
+    const { dragged } = this;
+    const isNew = dragged && !this.constraints.some(({ id }) => id === dragged.id);
+    const added = isNew
+      ? [{ frame: dragged.frame, key: "new", label: "New constraint", color: "#ffc400", isSelected: true }]
+      : [];
+    return [...marks, ...keyframes, ...added];
+  }
+
+  select(key: string | null): void {
+    this.selected = key?.startsWith("c") ? BigInt(key.slice(1)) : null;
+    this.group = [];
+    this.drawMarkers();
+    this.drawSelection();
+    this.desk.refresh();
+  }
+
+  removeSelected(): void {
+    const id = this.selected;
+    if (id === null) return;
+    this.selected = null;
+    this.desk.send([{ edit: { case: "remove", value: { id } } }]);
+  }
+
+  grab(at: PointerAt): Grab | null {
+    if (at.isShift) return this.paint(at);
+    const marker = this.markers.pick(at.x, at.y, at.reach);
+    const constraint = marker && this.constraints.find(({ id }) => `c${id}` === marker.key);
+    if (marker && constraint) return this.dragConstraint(constraint, marker.position.clone());
+    const hit = this.surface.pick(at.raycaster);
+    if (!hit) return null;
+    const isOfGroup = this.group.includes(hit.node);
+    if (!isOfGroup) this.group = [];
+    return this.dragNodes(isOfGroup ? this.group : [hit.node], hit.position);
+  }
+
+  clickedBeside(): void {
+    this.select(null);
+  }
+
+  private get constraints(): Constraint[] {
+    return this.desk.session.scene?.constraints ?? [];
+  }
+
+  private get unit(): string {
+    return this.desk.session.scene?.lengthUnitInMetres === 1 || !this.desk.session.scene?.lengthUnitInMetres
+      ? "m"
+      : "units";
+  }
+
+  private dragConstraint(constraint: Constraint, anchor: Vector3): Grab {
+    this.select(`c${constraint.id}`);
+    return this.drag(
+      { id: constraint.id, nodes: constraint.nodes, frame: constraint.frame, target: anchor },
+      constraint,
+    );
+  }
+
+  /** A point that is held in this frame already is moved; else a constraint is added at the first movement. */
+  private dragNodes(nodes: number[], position: Vector3): Grab {
+    const { frame } = this.desk;
+    const known = this.constraints.find(
+      (one) =>
+        one.frame === frame &&
+        one.target.case !== "velocity" &&
+        one.nodes.length === nodes.length &&
+        one.nodes.every((node, i) => node === nodes[i]),
+    );
+    if (known) return this.dragConstraint(known, position);
+    const coordinates = this.desk.session.motion.frame(frame);
+    const anchor =
+      nodes.length === 1 ? position : new Vector3(...(this.surface.basis?.mean(nodes, coordinates) ?? [0, 0, 0]));
+    return this.drag({ id: 0n, nodes, frame, target: anchor }, null);
+  }
+
+  private drag(dragged: Dragged, constraint: Constraint | null): Grab {
+    const { session } = this.desk;
+    const basis = this.surface.basis;
+    let isFirst = true;
+    this.desk.goTo(this.desk.frame); // A motion that plays stops.
+    const pump = new NewestWins<Vector3>(
+      async (target) => {
+        const sent = performance.now();
+        if (dragged.id === 0n) {
+          const added: ConstraintInit = {
+            frame: dragged.frame,
+            nodes: dragged.nodes,
+            target: { case: "position", value: xyz(target) },
+          };
+          const response = await session.edit([{ edit: { case: "add", value: { constraint: added } } }], false, sent);
+          dragged.id = response.constraintIds[0] ?? 0n;
+          this.selected = dragged.id;
+          for (const issue of response.issues) this.desk.notify("warning", issue.message);
+        } else {
+          const moved = constraint && basis ? asTarget(constraint, target, basis) : xyz(target);
+          await session.edit([{ edit: { case: "move", value: { id: dragged.id, target: moved } } }], !isFirst, sent);
+        }
+        isFirst = false;
+      },
+      (error) => this.desk.fail(error),
+    );
+    return {
+      anchor: dragged.target.clone(),
+      move: (point) => {
+        this.group = [];
+        dragged.target = point.clone();
+        this.dragged = dragged;
+        pump.put(dragged.target);
+        this.drawMarkers();
+        this.desk.refresh();
+      },
+      end: async (isMoved) => {
+        if (!isMoved) {
+          if (dragged.id === 0n) this.noteNodes(dragged.nodes);
+          return;
+        }
+        await pump.idle();
+        // The handle stays where it was dragged until the scene says the same.
+        window.setTimeout(() => {
+          if (this.dragged === dragged) this.dragged = null;
+          this.sceneChanged();
+          this.desk.refresh();
+        }, 400);
+      },
+    };
+  }
+
+  /** Nodes that were clicked: what could be done with them. */
+  private noteNodes(nodes: number[]): void {
+    this.selected = null;
+    this.group = nodes;
+    this.drawMarkers();
+    this.drawSelection();
+    this.desk.refresh();
+  }
+
+  private paint(at: PointerAt): Grab | null {
+    const hit = this.surface.pick(at.raycaster);
+    if (!hit) return null;
+    const add = (point: Vector3): void => {
+      const near = this.surface.near(point, BRUSH_SHARE * this.extent);
+      this.group = [...new Set([...this.group, ...near])].sort((a, b) => a - b);
+      this.drawMarkers();
+      this.drawSelection();
+    };
+    add(hit.position);
+    return {
+      anchor: hit.position,
+      move: (point) => {
+        const projected = this.desk.stage.project(point);
+        const again = this.surface.pickAt(projected.x, projected.y);
+        if (again) add(again.position);
+      },
+      end: () => this.desk.refresh(),
+    };
+  }
+
+  private holdGroup(): void {
+    const { session, frame } = this.desk;
+    const at = this.surface.basis?.mean(this.group, session.motion.frame(frame));
+    if (!at) return;
+    const held: ConstraintInit = {
+      frame,
+      nodes: this.group,
+      target: { case: "position", value: { x: at[0], y: at[1], z: at[2] } },
+    };
+    this.desk.send([{ edit: { case: "add", value: { constraint: held } } }]);
+    this.group = [];
+  }
+
+  /** Which nodes never move is a matter of the scene, not of an edit. */
+  private fixGroup(): void {
+    const fixed = this.group;
+    this.desk.openChanged((scene) => {
+      scene.fixedNodes = [...new Set([...scene.fixedNodes, ...fixed])].sort((a, b) => a - b);
+    });
+  }
+
+  private drawMarkers(): void {
+    const { basis } = this.surface;
+    const { motion } = this.desk.session;
+    if (!basis || motion.frames === 0) return;
+    const coordinates = motion.frame(this.desk.frame);
+    const markers: Marker[] = [];
+    const lines: { from: Vector3; to: Vector3; color: number }[] = [];
+    const put = (id: bigint, nodes: readonly number[], frame: number, target: Vector3, isExact: boolean): void => {
+      const isHere = frame === this.desk.frame;
+      const isSelected = id === this.selected;
+      if (!isHere && !isSelected) return;
+      const color = isSelected ? COLORS.selected : isHere ? (isExact ? COLORS.exact : COLORS.soft) : COLORS.far;
+      markers.push({ key: `c${id}`, position: target, color, size: isHere ? "large" : "medium" });
+      if (isHere) lines.push({ from: new Vector3(...basis.mean(nodes, coordinates)), to: target, color });
+    };
+    for (const constraint of this.constraints) {
+      const target = this.dragged?.id === constraint.id ? this.dragged.target : targetPosition(constraint, basis);
+      if (target)
+        put(constraint.id, constraint.nodes, constraint.frame, target, constraint.enforcement.case === "exact");
+    }
+    const { dragged } = this;
+    if (dragged && !this.constraints.some(({ id }) => id === dragged.id))
+      put(dragged.id, dragged.nodes, dragged.frame, dragged.target, false);
+    for (const node of this.group) {
+      markers.push({
+        key: `n${node}`,
+        position: new Vector3(...basis.mean([node], coordinates)),
+        color: COLORS.group,
+        size: this.group.length > 1 ? "small" : "medium",
+      });
+    }
+    this.markers.set(markers);
+    this.lines.set([...lines, ...this.traces()]);
+  }
+
+  /** Trajectories of what is held: of the selected constraint, else of those of the shown frame. */
+  private traces(): { from: Vector3; to: Vector3; color: number }[] {
+    const { basis } = this.surface;
+    const { motion } = this.desk.session;
+    if (!this.areTracesShown || !basis || motion.frames > 4000) return [];
+    const shown = this.constraints.filter(
+      ({ id, frame }) => id === this.selected || (this.selected === null && frame === this.desk.frame),
+    );
+    const traced = new Map(shown.map(({ nodes }) => [nodes.join(), nodes]));
+    if (this.dragged) traced.set(this.dragged.nodes.join(), this.dragged.nodes);
+    const pairs: { from: Vector3; to: Vector3; color: number }[] = [];
+    for (const nodes of [...traced.values()].slice(0, 12)) {
+      const some = nodes.length > 20 ? nodes.filter((_, i) => i % Math.ceil(nodes.length / 20) === 0) : nodes;
+      let before = new Vector3(...basis.mean(some, motion.frame(0)));
+      for (let frame = 1; frame < motion.frames; frame++) {
+        const next = new Vector3(...basis.mean(some, motion.frame(frame)));
+        pairs.push({ from: before, to: next, color: COLORS.trace });
+        before = next;
+      }
+    }
+    return pairs;
+  }
+
+  private drawSelection(): void {
+    const constraint = this.constraints.find(({ id }) => id === this.selected);
+    const content: HTMLElement[] = [];
+    if (constraint) {
+      content.push(
+        constraintPanel(constraint, this.unit, {
+          replace: (changed) => this.desk.send([{ edit: { case: "replace", value: { constraint: changed } } }]),
+          remove: () => this.removeSelected(),
+          goTo: (frame) => this.desk.goTo(frame),
+        }),
+      );
+    } else if (this.group.length) {
+      content.push(
+        el(
+          "p",
+          {},
+          `${describeNodes(this.group)} selected${this.group.length > 1 ? ": drag one of them and all are held by their mean" : ""}.`,
+        ),
+        el(
+          "div",
+          { class: "row" },
+          button("Hold here", () => this.holdGroup()),
+          button("Fix (opens anew)", () => this.fixGroup()),
+          button("Clear", () => this.select(null)),
+        ),
+      );
+    }
+    const list = el("div", { class: "list", role: "group", "aria-label": "Constraints" });
+    for (const one of this.constraints) {
+      const text = `frame ${one.frame}: ${describeNodes(one.nodes)}${one.enforcement.case === "exact" ? ", exact" : ""}${one.target.case === "velocity" ? ", velocity" : ""}`;
+      list.append(
+        button(text, () => this.pick(one), {
+          class: one.id === this.selected ? "item selected" : "item",
+          "aria-pressed": String(one.id === this.selected),
+        }),
+      );
+    }
+    const traces = el("input", { type: "checkbox", checked: this.areTracesShown });
+    traces.onchange = () => {
+      this.areTracesShown = traces.checked;
+      this.drawMarkers();
+    };
+    this.selectionBody.replaceChildren(
+      ...content,
+      this.constraints.length ? list : el("p", { class: "quiet" }, "None yet: drag a point of the body."),
+      el("label", { class: "field" }, el("span", {}, "Show trajectories"), traces),
+    );
+  }
+
+  private pick(constraint: Constraint): void {
+    this.desk.goTo(constraint.frame);
+    this.select(`c${constraint.id}`);
+  }
+}
+
+function xyz(point: Vector3): { x: number; y: number; z: number } {
+  return { x: point.x, y: point.y, z: point.z };
+}

@@ -1,0 +1,66 @@
+import type { RodShape } from "../rods/sweep";
+import type { Desk } from "../workspace";
+import type { LinkageShapes } from "./shape";
+import { stresses } from "./stress";
+
+export type ColorBy = "none" | "bending" | "twist" | "angle" | "stress";
+
+export const COLOR_CHOICES: readonly [ColorBy, string][] = [
+  ["none", "nothing"],
+  ["bending", "bending: curvature"],
+  ["twist", "twist per length"],
+  ["angle", "opening angle"],
+  ["stress", "stress (von Mises)"],
+];
+
+/** Values of stations, what they are and in which unit. */
+export interface Colors {
+  of: Float32Array;
+  title: string;
+  unit: string;
+}
+
+/** What rods are coloured by. Stresses are the server's, of final shapes; all else is of the shown shape itself. */
+export class Coloring {
+  by: ColorBy = "bending";
+  private stress: { values: Float32Array; sequence: bigint } | null = null;
+  private isAsking = false;
+
+  /** changed: stresses have come, or cannot be had. */
+  constructor(
+    private readonly desk: Desk,
+    private readonly changed: () => void,
+  ) {}
+
+  values(shapes: LinkageShapes, numbers: Float32Array, shape: RodShape): Colors | null {
+    if (this.by === "bending") return { of: shapes.curvatures(shape), title: "Curvature", unit: "1/m" };
+    if (this.by === "twist") return { of: shapes.twists(shape), title: "Twist per length", unit: "rad/m" };
+    if (this.by === "angle") return { of: shapes.anglesAlong(numbers), title: "Opening angle", unit: "°" };
+    if (this.by !== "stress") return null;
+    this.ask(shapes);
+    const isShown = this.stress !== null && this.desk.frame === this.desk.session.motion.frames - 1;
+    const of = isShown && this.stress ? this.stress.values : new Float32Array(shapes.stations).fill(Number.NaN);
+    return { of, title: isShown ? "Stress of the final shape" : "Stress: known of final shapes", unit: "Pa" };
+  }
+
+  /** For the stresses of the newest final shape, where they are shown and not here yet. */
+  ask(shapes: LinkageShapes): void {
+    const { session } = this.desk;
+    const { result } = session;
+    if (this.by !== "stress" || !result?.converged || result.solveFailed) return;
+    if (this.isAsking || this.stress?.sequence === result.sequence) return;
+    this.isAsking = true;
+    stresses(session, shapes.edges).then(
+      (made) => {
+        this.stress = { ...made, sequence: result.sequence };
+        this.isAsking = false;
+        this.changed();
+      },
+      (error) => {
+        this.isAsking = false;
+        this.by = "none";
+        this.desk.fail(error);
+      },
+    );
+  }
+}

@@ -1,0 +1,416 @@
+import { Vector3 } from "three";
+import { Held, type JointLoad, type LinkageTarget } from "../../gen/limber/v1/scene_pb";
+import { button, choice, el, field, number } from "../controls/dom";
+import { gravityField } from "../controls/vectors";
+import { Legend, normalize } from "../rods/colors";
+import { SweptRods } from "../rods/sweep";
+import type { EditInit } from "../session/live";
+import { NewestWins } from "../session/newest";
+import { type Marker, Markers, Segments } from "../view/markers";
+import type { Grab, PointerAt } from "../view/pointer";
+import type { UpAxis } from "../view/stage";
+import type { Desk, Mark, Workspace } from "../workspace";
+import { COLOR_CHOICES, type ColorBy, Coloring } from "./coloring";
+import { designPanel } from "./design_panel";
+import { jointPanel } from "./joint_panel";
+import { LinkageShapes } from "./shape";
+
+type DragMode = "spring" | "pin";
+
+const COLORS = { joint: 0xf2f4f5, pin: 0xb3261e, target: 0x1f77c9, selected: 0xffc400, load: 0x2e7d32 } as const;
+const PATH_RATE = 12;
+/** Of a rod segment's axial stiffness EA/L: springs that hold a joint near its target without stiffening everything. */
+const SPRING_SHARE = 1.5e-3;
+const FOOT_SHARE = 0.05;
+const DEFAULT_YOUNG = 1e10;
+
+/** Live editing of a rod linkage: opened by its angle, pinned, pulled by springs, loaded. */
+export class LinkageWorkspace implements Workspace {
+  readonly up: UpAxis = "z";
+  readonly panels: HTMLElement[];
+  readonly rate = PATH_RATE;
+  readonly frameName = "Step along the path to this shape";
+  readonly hint =
+    "Drag a joint to push or pull the linkage; open it by its mean angle. Click a joint for its pin, angle and load.";
+  private readonly rods: SweptRods;
+  private readonly markers: Markers;
+  private readonly lines: Segments;
+  private readonly legend = new Legend();
+  private readonly opening = el("div", { class: "form" });
+  private readonly joint = el("div", {});
+  private readonly design: { element: HTMLElement; update(): void };
+  private shapes: LinkageShapes | null = null;
+  private positions: Vector3[] = [];
+  private selected: number | null = null;
+  private readonly coloring: Coloring;
+  private mode: DragMode = "spring";
+  private dragged: { joint: number; target: Vector3 } | null = null;
+  private stiffness = 0;
+  private isAngleMoving = false;
+  private extent = 1;
+
+  constructor(private readonly desk: Desk) {
+    this.rods = new SweptRods(desk.stage);
+    this.markers = new Markers(desk.stage);
+    this.lines = new Segments(desk.stage);
+    desk.stage.canvas.after(this.legend.element);
+    this.coloring = new Coloring(desk, () => this.show(desk.frame));
+    this.design = designPanel(desk);
+    this.panels = [
+      el("details", { class: "panel", open: true }, el("summary", {}, "Shape"), this.opening),
+      el("details", { class: "panel", open: true }, el("summary", {}, "Joints"), this.joint),
+      this.design.element,
+    ];
+    desk.session.on("design", () => this.design.update());
+  }
+
+  setGeometry(): [Vector3, Vector3] | null {
+    const { geometry, motion } = this.desk.session;
+    if (!geometry?.linkage) return null;
+    if (!this.shapes) {
+      this.shapes = new LinkageShapes(geometry);
+      this.rods.setStrips(this.shapes.strips);
+      this.stiffness = this.defaultStiffness();
+      this.drawControls();
+    }
+    const points = motion.frames ? this.shapes.jointPositions(motion.frame(motion.frames - 1)) : [];
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    for (const point of points) {
+      if (Number.isNaN(point.x)) continue;
+      low.min(point);
+      high.max(point);
+    }
+    if (!points.length) return null;
+    this.extent = high.distanceTo(low);
+    return [low, high];
+  }
+
+  show(frame: number): void {
+    const { motion } = this.desk.session;
+    const { shapes } = this;
+    if (!shapes || motion.frames === 0) return;
+    const numbers = motion.frame(frame);
+    if (!shapes.fits(numbers)) return;
+    const plain = shapes.shape(numbers, null);
+    const values = this.coloring.values(shapes, numbers, plain);
+    if (values) {
+      const { shares, low, high } = normalize(values.of);
+      plain.line.forEach((_, i) => {
+        if (i % 4 === 3) plain.line[i] = shares[(i - 3) / 4] ?? -1;
+      });
+      this.legend.show(values.title, low, high, values.unit);
+    } else this.legend.show("");
+    this.rods.show(plain, values !== null);
+    this.positions = shapes.jointPositions(numbers);
+    this.drawMarkers();
+  }
+
+  sceneChanged(): void {
+    this.drawMarkers();
+    this.drawControls();
+    this.drawJoint();
+  }
+
+  resultChanged(): void {
+    if (!this.isAngleMoving) this.drawControls();
+    if (this.shapes) this.coloring.ask(this.shapes);
+    this.design.update();
+  }
+
+  marks(): Mark[] {
+    const path = this.desk.session.result?.linkage?.path ?? [];
+    const words: Record<number, string> = {
+      1: "lost its stability here",
+      2: "ended here and jumped",
+      3: "was lost here and jumped",
+    };
+    return path.flatMap((step, frame) => {
+      const what = words[step.event];
+      return what
+        ? [
+            {
+              frame,
+              key: `e${frame}`,
+              label: `Step ${frame}: the branch of equilibria ${what}`,
+              color: "#b3261e",
+              isSelected: false,
+            },
+          ]
+        : [];
+    });
+  }
+
+  select(key: string | null): void {
+    this.selected = key?.startsWith("j") ? Number(key.slice(1)) : null;
+    this.drawMarkers();
+    this.drawJoint();
+  }
+
+  removeSelected(): void {
+    const joint = this.selected;
+    if (joint === null) return;
+    const edits: EditInit[] = this.targetsOf(joint).map(({ id }) => ({
+      edit: { case: "removeTarget", value: { id } },
+    }));
+    if (this.conditions?.pins.some((pin) => pin.joint === joint)) {
+      edits.push({ edit: { case: "pinJoint", value: { pin: { joint, held: Held.NOTHING } } } });
+    }
+    if (this.loadOf(joint)) edits.push({ edit: { case: "setJointLoad", value: { load: { joint } } } });
+    if (edits.length) this.desk.send(edits);
+  }
+
+  grab(at: PointerAt): Grab | null {
+    const marker = this.markers.pick(at.x, at.y, at.reach);
+    if (!marker) return null;
+    const joint = Number(marker.key.slice(1));
+    const anchor = this.positions[joint];
+    if (!anchor) return null;
+    const target = this.targetsOf(joint)[0];
+    const start = target?.position ? new Vector3(target.position.x, target.position.y, target.position.z) : anchor;
+    return this.mode === "pin" ? this.dragPin(joint, anchor.clone()) : this.dragSpring(joint, target, start);
+  }
+
+  clickedBeside(): void {
+    this.select(null);
+  }
+
+  private get conditions() {
+    return this.desk.session.scene?.linkage?.conditions;
+  }
+
+  private targetsOf(joint: number): LinkageTarget[] {
+    return (this.conditions?.targets ?? []).filter(({ at }) => at.case === "joint" && at.value === joint);
+  }
+
+  private loadOf(joint: number): JointLoad | undefined {
+    return this.conditions?.loads.find((load) => load.joint === joint);
+  }
+
+  private dragSpring(joint: number, target: LinkageTarget | undefined, anchor: Vector3): Grab {
+    let id = target?.id ?? 0n;
+    let isFirst = true;
+    return this.drag(joint, anchor, async (point) => {
+      const position = { x: point.x, y: point.y, z: point.z };
+      if (id === 0n) {
+        const added = { at: { case: "joint", value: joint } as const, position, stiffness: this.stiffness };
+        const response = await this.desk.session.edit([{ edit: { case: "addTarget", value: { target: added } } }]);
+        id = response.targetIds[0] ?? 0n;
+      } else {
+        await this.desk.session.edit([{ edit: { case: "moveTarget", value: { id, position } } }], !isFirst);
+      }
+      isFirst = false;
+    });
+  }
+
+  private dragPin(joint: number, anchor: Vector3): Grab {
+    let isFirst = true;
+    return this.drag(joint, anchor, async (point) => {
+      const pin = { joint, held: Held.MOTION, position: { x: point.x, y: point.y, z: point.z } };
+      await this.desk.session.edit([{ edit: { case: "pinJoint", value: { pin } } }], !isFirst);
+      isFirst = false;
+    });
+  }
+
+  private drag(joint: number, anchor: Vector3, send: (point: Vector3) => Promise<void>): Grab {
+    this.selected = joint;
+    this.drawMarkers();
+    this.desk.goTo(Number.MAX_SAFE_INTEGER);
+    const pump = new NewestWins(send, (error) => this.desk.fail(error));
+    return {
+      anchor,
+      move: (point) => {
+        this.dragged = { joint, target: point.clone() };
+        pump.put(point.clone());
+        this.drawMarkers();
+      },
+      end: async () => {
+        this.drawJoint();
+        await pump.idle();
+        window.setTimeout(() => {
+          this.dragged = null;
+          this.drawMarkers();
+        }, 400);
+      },
+    };
+  }
+
+  private drawMarkers(): void {
+    const pinned = new Set(this.conditions?.pins.map(({ joint }) => joint));
+    const pulled = new Map(
+      (this.conditions?.targets ?? []).flatMap((one) =>
+        one.at.case === "joint" && one.position ? [[one.at.value, one.position] as const] : [],
+      ),
+    );
+    const markers: Marker[] = [];
+    const lines: { from: Vector3; to: Vector3; color: number }[] = [];
+    this.positions.forEach((position, joint) => {
+      if (Number.isNaN(position.x)) return;
+      const isSelected = joint === this.selected;
+      const color = isSelected
+        ? COLORS.selected
+        : pinned.has(joint)
+          ? COLORS.pin
+          : pulled.has(joint)
+            ? COLORS.target
+            : COLORS.joint;
+      markers.push({
+        key: `j${joint}`,
+        position,
+        color,
+        size: isSelected ? "large" : color === COLORS.joint ? "small" : "medium",
+      });
+      const target = this.dragged?.joint === joint ? this.dragged.target : pulled.get(joint);
+      if (target) lines.push({ from: position, to: new Vector3(target.x, target.y, target.z), color: COLORS.target });
+    });
+    for (const { joint, force } of this.conditions?.loads ?? []) {
+      const from = this.positions[joint];
+      if (!force || !from) continue;
+      const arrow = new Vector3(force.x, force.y, force.z);
+      if (arrow.length() > 0)
+        lines.push({
+          from,
+          to: from.clone().addScaledVector(arrow.normalize(), 0.12 * this.extent),
+          color: COLORS.load,
+        });
+    }
+    this.markers.set(markers);
+    this.lines.set(lines);
+  }
+
+  private defaultStiffness(): number {
+    const { shapes } = this;
+    const frame = this.desk.session.motion.frame(0);
+    if (!shapes) return 0;
+    const young = this.desk.session.scene?.linkage?.material?.youngsModulus ?? DEFAULT_YOUNG;
+    const area = Math.abs(
+      shapes.outline.reduce((sum, [x, y], i) => {
+        const [nextX, nextY] = shapes.outline[(i + 1) % shapes.outline.length] ?? [x, y];
+        return sum + (x * nextY - nextX * y) / 2;
+      }, 0),
+    );
+    const edges = shapes.edges[0] ?? 1;
+    const length = frame.length
+      ? new Vector3().fromArray(frame, 0).distanceTo(new Vector3().fromArray(frame, 3)) * edges
+      : 1;
+    return Number(((SPRING_SHARE * young * area) / Math.max(length, 1e-9)).toPrecision(1)) || 1000;
+  }
+
+  /** Pins where they are all joints near the ground. */
+  private pinFeet(): void {
+    const heights = this.positions.map(({ z }) => z);
+    const lowest = Math.min(...heights.filter(Number.isFinite));
+    const range = Math.max(...heights.filter(Number.isFinite)) - lowest;
+    const feet = this.positions.flatMap((position, joint) =>
+      position.z <= lowest + FOOT_SHARE * range && !Number.isNaN(position.x) ? [joint] : [],
+    );
+    const chosen = range > 1e-6 * this.extent ? feet : feet.slice(0, 1);
+    this.desk.send(
+      chosen.map((joint) => ({ edit: { case: "pinJoint", value: { pin: { joint, held: Held.MOTION } } } })),
+    );
+  }
+
+  private drawControls(): void {
+    if (this.opening.contains(document.activeElement) && document.activeElement?.tagName !== "BUTTON") return;
+    const { session } = this.desk;
+    const wanted = this.conditions?.meanAngleDegrees;
+    const shown = wanted ?? session.result?.linkage?.meanAngleDegrees ?? 0;
+    const readout = el("output", {}, `${number(shown, 3)}°`);
+    const slider = el("input", {
+      type: "range",
+      min: "1",
+      max: "150",
+      step: "0.5",
+      value: String(shown),
+      "aria-label": "Mean opening angle [degree]",
+      "data-test": "opening",
+    });
+    let isFirst = true;
+    const pump = new NewestWins<number>(
+      async (angleDegrees) => {
+        await session.edit([{ edit: { case: "setMeanAngle", value: { angleDegrees } } }], !isFirst);
+        isFirst = false;
+      },
+      (error) => this.desk.fail(error),
+    );
+    slider.oninput = () => {
+      this.isAngleMoving = true;
+      this.desk.goTo(Number.MAX_SAFE_INTEGER);
+      readout.textContent = `${slider.value}°`;
+      pump.put(Number(slider.value));
+    };
+    slider.onchange = () => {
+      isFirst = true;
+      this.isAngleMoving = false;
+    };
+    const isFree = el("input", { type: "checkbox", checked: wanted === undefined });
+    isFree.onchange = () => {
+      const angleDegrees = isFree.checked ? undefined : session.result?.linkage?.meanAngleDegrees;
+      this.desk.send([{ edit: { case: "setMeanAngle", value: { angleDegrees } } }]);
+    };
+    const stiffness = el("input", { type: "number", min: "0", step: "any", value: number(this.stiffness, 4) });
+    stiffness.onchange = () => {
+      if (stiffness.valueAsNumber > 0) this.stiffness = stiffness.valueAsNumber;
+    };
+    const modes = [
+      ["spring", "pulls with a spring"],
+      ["pin", "pins it there"],
+    ] as const;
+    this.opening.replaceChildren(
+      field("Mean opening angle", slider),
+      el("div", { class: "row" }, readout, el("label", {}, isFree, "free")),
+      field(
+        "Colour by",
+        choice(COLOR_CHOICES, this.coloring.by, (value) => {
+          this.coloring.by = value as ColorBy;
+          this.show(this.desk.frame);
+        }),
+      ),
+      field(
+        "Dragging a joint",
+        choice(modes, this.mode, (value) => {
+          this.mode = value as DragMode;
+        }),
+      ),
+      field("Springs", stiffness, "N/m"),
+      gravityField(this.desk, this.conditions?.gravity),
+      el(
+        "div",
+        { class: "row" },
+        button("Pin the feet", () => this.pinFeet(), { "data-test": "pin-feet" }),
+        el(
+          "span",
+          { class: "quiet" },
+          this.conditions?.pins.length
+            ? `${this.conditions.pins.length} pinned`
+            : "nothing is pinned: pulling moves all of it",
+        ),
+      ),
+    );
+  }
+
+  private drawJoint(): void {
+    const joint = this.selected;
+    if (joint !== null && this.joint.contains(document.activeElement) && document.activeElement?.tagName === "INPUT")
+      return;
+    if (joint === null) {
+      this.joint.replaceChildren(el("p", { class: "quiet" }, "Click a joint."));
+      return;
+    }
+    const { motion } = this.desk.session;
+    const angle = this.shapes && motion.frames ? this.shapes.angles(motion.frame(this.desk.frame))[joint] : undefined;
+    this.joint.replaceChildren(
+      jointPanel(
+        joint,
+        angle ?? Number.NaN,
+        {
+          pin: this.conditions?.pins.find((one) => one.joint === joint),
+          angle: this.conditions?.angles.find((one) => one.joint === joint),
+          load: this.loadOf(joint),
+          targets: this.targetsOf(joint),
+        },
+        (edits) => this.desk.send(edits),
+      ),
+    );
+  }
+}

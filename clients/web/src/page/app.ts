@@ -1,0 +1,310 @@
+import { clone } from "@bufbuild/protobuf";
+import type { MeshSource } from "../../gen/limber/v1/scene_pb";
+import { type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
+import type { SessionStatus } from "../../gen/limber/v1/service_pb";
+import { button, el } from "../controls/dom";
+import { LiveSession, type SessionName } from "../session/live";
+import { Connection } from "../wire/connection";
+import { inWords, LimberError } from "../wire/errors";
+import type { SocketState } from "../wire/socket";
+import { Streams } from "../wire/streams";
+import type { DesignStart } from "../workspace";
+import { sceneOf } from "./files";
+import { Home, KIND_WORDS } from "./home";
+import { describeIssues } from "./issues";
+import { Notices } from "./notices";
+import { SessionPage } from "./session_page";
+
+const BUILD_TIMEOUT_MS = 120_000;
+const LIST_EVERY_MS = 3000;
+
+/** The page: its header, the list of what can be opened, and the session that is open. */
+export class App {
+  private readonly connection: Connection;
+  private readonly streams: Streams;
+  private readonly notices = new Notices();
+  private readonly home: Home;
+  private readonly state = el("span", { class: "state", role: "status" });
+  private readonly title = el("span", { class: "title" });
+  private readonly actions = el("div", { class: "actions" });
+  private page: SessionPage | null = null;
+  /** What a session was opened from, to open it again where the server has lost it. */
+  private source: { mesh: MeshSource | undefined; design: DesignStart | null } = { mesh: undefined, design: null };
+  private isRestoring = false;
+
+  constructor(base: string, token: string) {
+    const query = token ? `?token=${encodeURIComponent(token)}` : "";
+    this.home = new Home({
+      openSample: (name) => void this.openSample(name),
+      join: (status) => void this.join(status),
+      closeSession: (status) => void this.end(status),
+      openFiles: (files) => void this.openFiles(files),
+    });
+    const header = el(
+      "header",
+      {},
+      button("limber", () => this.leave(), { class: "brand", "aria-label": "limber: back to the list" }),
+      this.title,
+      this.actions,
+      this.state,
+    );
+    document.body.append(header, this.home.element, this.notices.element);
+    this.connection = new Connection(
+      `${base}/v1/requests${query}`,
+      (state) => this.connectionChanged(state),
+      () => void this.restarted(),
+    );
+    this.streams = new Streams(
+      `${base}/v1/stream${query}`,
+      (instance) => this.connection.heard(instance),
+      () => this.reconnected(),
+    );
+    window.addEventListener("keydown", (event) => {
+      if (this.page?.key(event)) event.preventDefault();
+    });
+    window.addEventListener("dragover", (event) => event.preventDefault());
+    window.addEventListener("drop", (event) => {
+      event.preventDefault();
+      void this.openFiles([...(event.dataTransfer?.files ?? [])]);
+    });
+    window.addEventListener("online", () => this.retry());
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) this.page?.session.sleep();
+      else this.wake();
+    });
+    void this.begin();
+  }
+
+  /** Of the session that is open; for tests. */
+  get opened(): SessionPage | null {
+    return this.page;
+  }
+
+  /** That came on the stream so far. */
+  get streamedBytes(): number {
+    return this.streams.bytes;
+  }
+
+  private async begin(): Promise<void> {
+    this.showHome();
+    const name = decodeURIComponent(location.hash.slice(1));
+    try {
+      this.home.setSamples((await this.connection.call("getSample", {})).names);
+      await this.listSessions(name);
+    } catch (error) {
+      this.fail(error);
+    }
+    window.setInterval(() => {
+      if (!this.page && !document.hidden) this.listSessions("").catch(() => undefined);
+    }, LIST_EVERY_MS);
+  }
+
+  /** wanted: the session that the page's address names. */
+  private async listSessions(wanted: string): Promise<void> {
+    const { sessions } = await this.connection.call("listSessions", {});
+    this.home.setSessions(sessions);
+    const found = sessions.find(({ session }) => session === wanted);
+    if (found) await this.join(found);
+    else if (wanted) this.notices.add("warning", `There is no session ${wanted} on this server any more.`);
+  }
+
+  private async openSample(name: string): Promise<void> {
+    try {
+      const { scene } = await this.connection.call("getSample", { name });
+      if (scene) await this.openScene(scene);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  private async openFiles(files: File[]): Promise<void> {
+    if (!files.length) return;
+    try {
+      const made = await sceneOf(files, this.connection, (text) => this.notices.add("busy", text));
+      if (made) await this.openScene(made.scene, "", made.design);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** What is wrong with a scene is said before it is opened. */
+  private async openScene(scene: Scene, session = "", design: DesignStart | null = null): Promise<void> {
+    const { issues } = await this.connection.call("validateScene", { scene }, BUILD_TIMEOUT_MS);
+    const faults = describeIssues(issues);
+    for (const text of faults.warnings) this.notices.add("warning", text);
+    if (faults.errors.length) {
+      for (const text of faults.errors) this.notices.add("bad", text);
+      return;
+    }
+    const opened = await this.connection.call("openSession", { scene, session }, BUILD_TIMEOUT_MS);
+    this.source = { mesh: scene.mesh, design };
+    await this.show({ session: opened.session, uid: opened.uid });
+  }
+
+  /** A new session of the scene as edited, changed in what no edit can change. */
+  private async openChanged(session: LiveSession, change: (scene: Scene) => void): Promise<void> {
+    const scene = this.restorable(session);
+    if (!scene) {
+      this.notices.add("warning", "This page has not the session's mesh: who opened it from a file can do that.");
+      return;
+    }
+    change(scene);
+    try {
+      await this.openScene(scene);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  private async join(status: SessionStatus): Promise<void> {
+    this.source = { mesh: undefined, design: null };
+    await this.show({ session: status.session, uid: status.uid });
+  }
+
+  private async end(status: SessionStatus): Promise<void> {
+    try {
+      await this.connection.call("closeSession", { session: `${status.session}@${status.uid}` });
+      await this.listSessions("");
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  private async show(name: SessionName): Promise<void> {
+    this.page?.close();
+    this.home.element.remove();
+    const session = new LiveSession(this.connection, this.streams, name);
+    try {
+      this.page = new SessionPage(
+        session,
+        this.notices,
+        (change) => void this.openChanged(session, change),
+        this.source.design,
+      );
+    } catch {
+      this.showHome();
+      this.notices.add(
+        "bad",
+        "This browser shows no WebGL 2, which the pictures need. Another browser, or its hardware acceleration, may help.",
+      );
+      return;
+    }
+    history.replaceState(null, "", `#${encodeURIComponent(name.session)}`);
+    session.on("closed", ({ isServerStopped }) => {
+      if (isServerStopped) {
+        this.notices.add("warning", "The server was stopped. This page waits for it to come back.");
+        return;
+      }
+      this.notices.add("warning", "This session was ended by somebody.");
+      this.leave();
+    });
+    session.on("status", () => {
+      const kind = KIND_WORDS[session.kind] ?? session.kind;
+      this.title.textContent = `${name.session}${kind ? `, ${kind}` : ""}`;
+    });
+    this.actions.replaceChildren(
+      button("Undo", () => this.page?.undo(), { title: "Ctrl+Z" }),
+      button("Redo", () => this.page?.redo(), { title: "Ctrl+Y" }),
+    );
+    try {
+      await session.start();
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  private leave(): void {
+    this.page?.close();
+    this.page = null;
+    history.replaceState(null, "", location.pathname);
+    this.showHome();
+    this.listSessions("").catch((error) => this.fail(error));
+  }
+
+  private showHome(): void {
+    this.actions.replaceChildren();
+    this.title.textContent = "";
+    if (!this.home.element.isConnected) this.notices.element.before(this.home.element);
+  }
+
+  private connectionChanged(state: SocketState): void {
+    const words = {
+      connecting: "connecting ...",
+      open: "connected",
+      lost: "no connection: trying again",
+      closed: "closed",
+    };
+    this.state.textContent = words[state];
+    this.state.className = `state ${state}`;
+    document.body.dataset.connection = state;
+  }
+
+  private retry(): void {
+    this.connection.retry();
+    this.streams.retry();
+  }
+
+  private wake(): void {
+    this.retry();
+    this.page?.session.wake().catch((error) => this.fail(error));
+  }
+
+  private reconnected(): void {
+    this.page?.session.refresh().catch((error) => {
+      if (!(error instanceof LimberError && (error.code === "RESTARTED" || error.code === "NOT_FOUND")))
+        this.fail(error);
+    });
+  }
+
+  /** Another run of the server: what was open is opened again from the newest scene that this page has. */
+  private async restarted(): Promise<void> {
+    const { page } = this;
+    if (!page || this.isRestoring) return;
+    this.isRestoring = true;
+    const { session } = page;
+    const name = session.name.session;
+    try {
+      const { sessions } = await this.connection.call("listSessions", {});
+      const there = sessions.find((one) => one.session === name);
+      const scene = there ? null : this.restorable(session);
+      if (there) {
+        await this.show({ session: name, uid: there.uid });
+        this.notices.add("warning", "The server was restarted; the session was opened again by somebody.");
+      } else if (scene) {
+        await this.openScene(scene, name);
+        this.notices.add(
+          "warning",
+          "The server was restarted. The session was opened again with the constraints it had; its undo is gone.",
+        );
+      } else {
+        this.notices.add(
+          "bad",
+          "The server was restarted, and its sessions are gone. Open the file again: this page has not its mesh.",
+        );
+        this.leave();
+      }
+    } catch (error) {
+      if (error instanceof LimberError && error.code === "ALREADY_EXISTS") {
+        this.isRestoring = false;
+        await this.restarted();
+        return;
+      }
+      this.fail(error);
+    } finally {
+      this.isRestoring = false;
+    }
+  }
+
+  /** The scene as edited, with the mesh that it was opened with. */
+  private restorable(session: LiveSession): Scene | null {
+    if (!session.scene) return null;
+    const scene = clone(SceneSchema, session.scene);
+    if (this.source.mesh) scene.mesh = this.source.mesh;
+    const hasShape = scene.linkage || scene.beams || scene.mesh?.source.case;
+    return hasShape ? scene : null;
+  }
+
+  private fail(error: unknown): void {
+    this.notices.add("bad", inWords(error));
+  }
+}

@@ -1,0 +1,94 @@
+import { ExportFormat } from "../../gen/limber/v1/service_pb";
+import { button, choice, el, field } from "../controls/dom";
+import type { LiveSession } from "../session/live";
+import { type Entry, zip } from "./zip";
+
+const FORMATS: Record<string, readonly (readonly [ExportFormat, string])[]> = {
+  bodies: [
+    [ExportFormat.SCENE, "scene, with its mesh"],
+    [ExportFormat.PVD, "ParaView (.vtu, .pvd)"],
+    [ExportFormat.PC2, "all nodes (.pc2, .obj)"],
+    [ExportFormat.BLENDER, "Blender: surface (.pc2, .obj)"],
+  ],
+  linkages: [
+    [ExportFormat.SCENE, "scene, with its shape"],
+    [ExportFormat.OBJ, "centrelines and surface (.obj)"],
+    [ExportFormat.JSON, "forces and stresses (.json)"],
+    [ExportFormat.VTP, "ParaView (.vtp, .pvd)"],
+  ],
+  beams: [
+    [ExportFormat.SCENE, "scene, with its shape"],
+    [ExportFormat.CSV, "tables (.csv)"],
+    [ExportFormat.JSON, "tables (.json)"],
+    [ExportFormat.VTU, "ParaView (.vtu)"],
+  ],
+};
+const TIMEOUT_MS = 120_000;
+
+/** All files of an export, their parts put together. */
+async function fetchAll(session: LiveSession, format: ExportFormat): Promise<Entry[]> {
+  const made = new Map<string, Uint8Array[]>();
+  let resultSequence = 0n;
+  for (let part = 0, parts = 1; part < parts; part++) {
+    const answer = await session.connection.call(
+      "export",
+      { session: session.reference, format, part, resultSequence },
+      TIMEOUT_MS,
+    );
+    parts = answer.partCount;
+    if (part === 0) resultSequence = answer.result?.sequence ?? 0n;
+    for (const { name, content, append } of answer.files) {
+      if (append) made.get(name)?.push(content);
+      else made.set(name, [content]);
+    }
+  }
+  return [...made].map(([name, parts]) => {
+    const content = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
+    let at = 0;
+    for (const part of parts) {
+      content.set(part, at);
+      at += part.length;
+    }
+    return { name, content };
+  });
+}
+
+function save(name: string, parts: Uint8Array[]): void {
+  const url = URL.createObjectURL(new Blob(parts as Uint8Array<ArrayBuffer>[]));
+  const link = el("a", { href: url, download: name });
+  link.click();
+  window.setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+/** Files to take away: one as it is, several as a .zip. */
+export function exportPanel(session: LiveSession, kind: string, fail: (error: unknown) => void): HTMLElement {
+  const formats = FORMATS[kind] ?? [];
+  let chosen = formats[0]?.[0] ?? ExportFormat.UNSPECIFIED;
+  const download = async (): Promise<void> => {
+    action.disabled = true;
+    try {
+      const files = await fetchAll(session, chosen);
+      const [only] = files;
+      if (files.length === 1 && only) save(only.name, [only.content]);
+      else save(`${session.name.session}.zip`, zip(files));
+    } catch (error) {
+      fail(error);
+    } finally {
+      action.disabled = false;
+    }
+  };
+  const action = button("Download", () => void download());
+  const list = formats.map(([format, text]) => [String(format), text] as const);
+  return el(
+    "details",
+    { class: "panel" },
+    el("summary", {}, "Files to take away"),
+    field(
+      "Format",
+      choice(list, String(chosen), (value) => {
+        chosen = Number(value);
+      }),
+    ),
+    el("div", { class: "row" }, action),
+  );
+}

@@ -1,0 +1,90 @@
+import { SessionState, type SessionStatus } from "../../gen/limber/v1/service_pb";
+import { button, el } from "../controls/dom";
+
+export const KIND_WORDS: Record<string, string> = {
+  bodies: "elastic body",
+  linkages: "rod linkage",
+  beams: "beam structure",
+};
+
+const SAMPLES: Record<string, [string, string]> = {
+  beam: ["Beam", "body: a bar held at one end"],
+  flower: ["Flower", "body: a stem with petals"],
+  bird: ["Bird", "body: flaps its wings"],
+  dino: ["Dino", "body: a long motion"],
+  grid: ["Grid", "linkage: flat, closed"],
+  hyperboloid: ["Hyperboloid", "linkage: opens to a tower"],
+  dome: ["Dome", "linkage: opens to a dome"],
+  arch: ["Arch", "beams: snaps through"],
+  gridshell: ["Gridshell", "beams: bent from a flat grid"],
+};
+
+export interface HomeActions {
+  openSample(name: string): void;
+  join(session: SessionStatus): void;
+  closeSession(session: SessionStatus): void;
+  openFiles(files: File[]): void;
+}
+
+/** Samples, sessions that there are, and where files are dropped. */
+export class Home {
+  readonly element: HTMLElement;
+  private readonly samples = el("div", { class: "cards" });
+  private readonly sessions = el("div", { class: "sessions" });
+
+  constructor(private readonly actions: HomeActions) {
+    const chosen = el("input", { type: "file", multiple: true, class: "hidden-input", id: "files" });
+    chosen.onchange = () => actions.openFiles([...(chosen.files ?? [])]);
+    this.element = el(
+      "main",
+      { class: "home" },
+      el("h1", {}, "limber"),
+      el("p", {}, "Elastic motions, rod linkages and beam structures, edited live."),
+      el("h2", {}, "Samples"),
+      this.samples,
+      el("h2", {}, "Open sessions"),
+      this.sessions,
+      el("h2", {}, "Your files"),
+      el(
+        "label",
+        { class: "drop", for: "files" },
+        "Drop a tetrahedral mesh, a closed surface, a file of lines or a scene anywhere on this page, or choose files. ",
+        "Files that a scene names are dropped with it.",
+        chosen,
+      ),
+    );
+  }
+
+  setSamples(names: readonly string[]): void {
+    this.samples.replaceChildren(
+      ...names.map((name) => {
+        const [title, text] = SAMPLES[name] ?? [name, ""];
+        const card = button("", () => this.actions.openSample(name), { class: "card", "data-sample": name });
+        card.append(el("strong", {}, title), el("span", {}, text));
+        return card;
+      }),
+    );
+  }
+
+  setSessions(sessions: readonly SessionStatus[]): void {
+    const rows = sessions.map((one) => {
+      const what = KIND_WORDS[one.kind] ?? one.kind;
+      const state =
+        one.state === SessionState.BUILDING ? ", being built" : one.state === SessionState.FAILED ? ", no model" : "";
+      return el(
+        "div",
+        { class: "row" },
+        button(`${one.session}: ${what}${state}, revision ${one.revision}`, () => this.actions.join(one), {
+          class: "item",
+          "data-session": one.session,
+        }),
+        button("End", () => this.actions.closeSession(one), {
+          "aria-label": `End the session ${one.session} for everybody`,
+        }),
+      );
+    });
+    this.sessions.replaceChildren(
+      ...(rows.length ? rows : [el("p", { class: "quiet" }, "None: open a sample or a file.")]),
+    );
+  }
+}

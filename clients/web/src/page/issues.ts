@@ -1,0 +1,11 @@
+import { type Issue, Issue_Severity } from "../../gen/limber/v1/common_pb";
+
+/** What is wrong with a scene and what is only to be known, in words. */
+export function describeIssues(issues: readonly Issue[]): { errors: string[]; warnings: string[] } {
+  const text = ({ field, message }: Issue): string => (field ? `${message} (${field})` : message);
+  const isError = ({ severity }: Issue): boolean => severity === Issue_Severity.ERROR;
+  return {
+    errors: issues.filter(isError).map(text),
+    warnings: issues.filter((issue) => !isError(issue)).map(text),
+  };
+}

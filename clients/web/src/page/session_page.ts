@@ -1,0 +1,232 @@
+import type { Scene } from "../../gen/limber/v1/scene_pb";
+import { button, el } from "../controls/dom";
+import type { EditInit, LiveSession } from "../session/live";
+import { describeResult, describeState } from "../session/words";
+import { PointerControl } from "../view/pointer";
+import { Stage } from "../view/stage";
+import { inWords } from "../wire/errors";
+import type { DesignStart, Desk, Workspace } from "../workspace";
+import { exportPanel } from "./export_panel";
+import { KIND_WORDS } from "./home";
+import { makeWorkspace } from "./kinds";
+import type { Notices } from "./notices";
+import { explainPanel, ResultsPanel } from "./results_panel";
+import { Timeline } from "./timeline";
+
+/** A session on the page: its picture, timeline and panels. */
+export class SessionPage implements Desk {
+  readonly element: HTMLElement;
+  readonly stage: Stage;
+  readonly timeline: Timeline;
+  workspace: Workspace | null = null;
+  private readonly sidebar = el("aside", { class: "sidebar", "aria-label": "Panels" });
+  private readonly overlay = el("p", { class: "overlay", role: "status" });
+  private readonly people = el("ul", { class: "log" });
+  private results: ResultsPanel | null = null;
+  private isFramed = false;
+
+  /** Throws where the browser has no WebGL 2. */
+  constructor(
+    readonly session: LiveSession,
+    private readonly notices: Notices,
+    private readonly reopen: (change: (scene: Scene) => void) => void,
+    readonly designStart: DesignStart | null,
+  ) {
+    const canvas = el("canvas", {
+      class: "view",
+      tabIndex: 0,
+      "aria-label": "The scene: drag points of it to edit, the background to turn it",
+      role: "application",
+    });
+    this.timeline = new Timeline(
+      (frame) => this.showFrame(frame),
+      (mark) => {
+        this.timeline.goTo(mark.frame);
+        this.workspace?.select(mark.key);
+      },
+    );
+    this.element = el(
+      "main",
+      { class: "session" },
+      el("div", { class: "stage" }, canvas, this.overlay),
+      this.sidebar,
+      this.timeline.element,
+    );
+    document.body.append(this.element);
+    this.stage = new Stage(canvas);
+    canvas.addEventListener("webglcontextrestored", () => this.workspace?.show(this.frame));
+    session.on("status", () => this.statusChanged());
+    session.on("result", () => this.resultChanged());
+    session.on("geometry", () => this.geometryChanged());
+    session.on("motion", () => this.motionChanged());
+    session.on("scene", () => this.sceneChanged());
+    session.on("others", ({ from, to }) => this.tellOthers(from, to));
+    session.on("trouble", (error) => this.fail(error));
+  }
+
+  get frame(): number {
+    return this.timeline.frame;
+  }
+
+  goTo(frame: number): void {
+    this.timeline.goTo(frame);
+  }
+
+  refresh(): void {
+    this.timeline.setMarks(this.workspace?.marks() ?? []);
+  }
+
+  notify(tone: "good" | "busy" | "warning" | "bad", text: string): void {
+    this.notices.add(tone, text);
+  }
+
+  send(edits: EditInit[]): void {
+    this.session.edit(edits).then(({ issues }) => {
+      for (const issue of issues) this.notices.add("warning", issue.message);
+    }, this.fail);
+  }
+
+  openChanged(change: (scene: Scene) => void): void {
+    this.reopen(change);
+  }
+
+  readonly fail = (error: unknown): void => {
+    this.notices.add("bad", inWords(error));
+  };
+
+  /** True where the key was meant for the session. */
+  key(event: KeyboardEvent): boolean {
+    const isTyping =
+      event.target instanceof HTMLInputElement && event.target.type !== "checkbox" && event.target.type !== "range";
+    if (isTyping || event.target instanceof HTMLSelectElement) return false;
+    const isControl = event.ctrlKey || event.metaKey;
+    const key = event.key.toLowerCase();
+    if (isControl && (key === "y" || (key === "z" && event.shiftKey))) this.redo();
+    else if (isControl && key === "z") this.undo();
+    else if (isControl || event.altKey) return false;
+    else if (event.key === " " && !(event.target instanceof HTMLButtonElement)) this.timeline.toggle();
+    else if (event.key === "ArrowLeft") this.timeline.step(event.shiftKey ? -10 : -1);
+    else if (event.key === "ArrowRight") this.timeline.step(event.shiftKey ? 10 : 1);
+    else if (event.key === "Home") this.timeline.goTo(0);
+    else if (event.key === "End") this.timeline.goTo(Number.MAX_SAFE_INTEGER);
+    else if (event.key === "Delete" || event.key === "Backspace") this.workspace?.removeSelected();
+    else if (event.key === "Escape") this.workspace?.select(null);
+    else return false;
+    return true;
+  }
+
+  undo(): void {
+    this.session.undo().catch(this.fail);
+  }
+
+  redo(): void {
+    this.session.redo().catch(this.fail);
+  }
+
+  close(): void {
+    this.timeline.pause();
+    this.session.close();
+    this.stage.dispose();
+    this.element.remove();
+  }
+
+  private makePanels(): void {
+    const { kind } = this.session;
+    this.workspace = makeWorkspace(kind, this);
+    if (!this.workspace) {
+      this.notices.add("bad", `This page does not know sessions of the kind ${kind || "(none)"}.`);
+      return;
+    }
+    new PointerControl(this.stage, this.workspace);
+    this.results = new ResultsPanel(this.session, kind, this.fail);
+    const help = el("p", { class: "hint" }, this.workspace.hint);
+    const others = el("details", { class: "panel" }, el("summary", {}, "Others in this session"), this.people);
+    this.people.append(el("li", { class: "quiet" }, "Nobody else has edited since this page joined."));
+    const look = el(
+      "div",
+      { class: "row look" },
+      button("Reset the view", () => this.look()),
+    );
+    this.sidebar.replaceChildren(
+      help,
+      ...this.workspace.panels,
+      this.results.element,
+      explainPanel(this.session),
+      exportPanel(this.session, kind, this.fail),
+      others,
+      look,
+    );
+    this.sceneChanged();
+    this.geometryChanged();
+  }
+
+  private look(): void {
+    this.isFramed = false;
+    this.geometryChanged();
+  }
+
+  private statusChanged(): void {
+    if (!this.workspace && this.session.kind) this.makePanels();
+    const { status } = this.session;
+    if (status) {
+      const line = describeState(status);
+      const isPictured = this.session.motion.frames > 0;
+      this.overlay.textContent =
+        line.tone === "good" || isPictured ? "" : `${KIND_WORDS[status.kind] ?? status.kind}: ${line.text}`;
+    }
+    this.results?.update();
+    this.element.dataset.state = status ? describeState(status).text : "";
+  }
+
+  private resultChanged(): void {
+    this.workspace?.resultChanged();
+    this.results?.update();
+    const { result } = this.session;
+    if (result) this.element.dataset.result = describeResult(result).text;
+  }
+
+  private geometryChanged(): void {
+    const box = this.workspace?.setGeometry();
+    if (!box || !this.workspace || this.isFramed) return;
+    this.isFramed = true;
+    this.stage.frame(box[0], box[1], this.workspace.up);
+  }
+
+  private motionChanged(): void {
+    const { workspace, session } = this;
+    if (!workspace) return;
+    const isPath = session.kind !== "bodies";
+    this.timeline.set(session.motion.frames, workspace.rate, workspace.frameName, isPath);
+    if (!this.isFramed) this.geometryChanged();
+    workspace.show(this.frame);
+    this.overlay.textContent = "";
+    this.results?.update();
+    this.element.dataset.sequence = String(session.motion.sequence);
+    this.element.dataset.revision = String(session.result?.revision ?? "");
+    this.refresh();
+  }
+
+  private sceneChanged(): void {
+    this.workspace?.sceneChanged();
+    this.timeline.set(
+      this.session.motion.frames,
+      this.workspace?.rate ?? 30,
+      this.workspace?.frameName ?? "Frame",
+      false,
+    );
+    this.refresh();
+  }
+
+  private showFrame(frame: number): void {
+    this.workspace?.show(frame);
+  }
+
+  private tellOthers(from: bigint, to: bigint): void {
+    const what = from === to ? `revision ${to}` : `revisions ${from} to ${to}`;
+    const time = new Date().toLocaleTimeString();
+    if (this.people.firstElementChild?.classList.contains("quiet")) this.people.replaceChildren();
+    this.people.prepend(el("li", {}, `${time}: somebody else made ${what}`));
+    while (this.people.children.length > 20) this.people.lastElementChild?.remove();
+    this.notices.add("busy", `Somebody else edited: ${what}.`);
+  }
+}

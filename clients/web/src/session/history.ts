@@ -1,0 +1,53 @@
+/**
+ * How many edits one undo takes back. A drag is many revisions and one step for who drags; what others did, or what was
+ * done before this page came, is taken back one revision at a time.
+ */
+interface Gesture {
+  revisions: number;
+  /** The session's revision when it ended. */
+  last: bigint;
+}
+
+/** Undos of one request: the server keeps a thousand. */
+const MOST = 1000;
+
+export class History {
+  private done: Gesture[] = [];
+  private undone: Gesture[] = [];
+
+  /** An edit of this page was accepted. isContinued: it belongs to the gesture before. */
+  edited(revision: bigint, isContinued = false): void {
+    const newest = this.done.at(-1);
+    if (isContinued && newest && newest.last === revision - 1n) {
+      newest.revisions = Math.min(MOST, newest.revisions + 1);
+      newest.last = revision;
+    } else {
+      this.done.push({ revisions: 1, last: revision });
+    }
+    this.undone = [];
+  }
+
+  /** Revisions to undo, where `newest` is the session's. */
+  undo(newest: bigint): number {
+    return this.done.at(-1)?.last === newest ? (this.done.at(-1)?.revisions ?? 1) : 1;
+  }
+
+  undid(count: number, revision: bigint): void {
+    const gesture = this.done.pop();
+    this.undone.push({ revisions: count, last: revision });
+    if (gesture && gesture.revisions !== count) this.done = [];
+    const before = this.done.at(-1);
+    if (before) before.last = revision;
+  }
+
+  redo(newest: bigint): number {
+    return this.undone.at(-1)?.last === newest ? (this.undone.at(-1)?.revisions ?? 1) : 1;
+  }
+
+  redid(count: number, revision: bigint): void {
+    this.undone.pop();
+    this.done.push({ revisions: count, last: revision });
+    const before = this.undone.at(-1);
+    if (before) before.last = revision;
+  }
+}

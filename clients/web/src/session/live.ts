@@ -1,0 +1,310 @@
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import type { DesignInfo } from "../../gen/limber/v1/design_pb";
+import type { Scene } from "../../gen/limber/v1/scene_pb";
+import {
+  type EditResponse,
+  type EditSchema,
+  Encoding,
+  type Frames,
+  type GetGeometryResponse,
+  type ResultInfo,
+  SessionState,
+  type SessionStatus,
+} from "../../gen/limber/v1/service_pb";
+import type { Connection } from "../wire/connection";
+import { LimberError } from "../wire/errors";
+import type { Streams } from "../wire/streams";
+import { History } from "./history";
+import { Latency } from "./latency";
+import { MotionBuffer } from "./motion";
+
+export type EditInit = MessageInitShape<typeof EditSchema>;
+
+/** What changed: those who show it look again. */
+export interface SessionEvents {
+  status: SessionStatus;
+  result: ResultInfo;
+  geometry: GetGeometryResponse;
+  motion: undefined;
+  scene: Scene;
+  design: DesignInfo;
+  /** Revisions that this page did not make. */
+  others: { from: bigint; to: bigint };
+  /** Something of the background work went wrong. */
+  trouble: unknown;
+  closed: { isServerStopped: boolean };
+}
+
+type Handler<K extends keyof SessionEvents> = (value: SessionEvents[K]) => void;
+
+/** How a session is reached: its name, and the number that only this very session has. */
+export interface SessionName {
+  session: string;
+  uid: bigint;
+}
+
+/** Frames of a request; motions are fetched in parts of this many numbers. */
+const FETCHED_NUMBERS = 8_000_000;
+const SCENE_DELAY_MS = 120;
+
+/** A session as this page holds it: status, scene, geometry and motion, kept up to date by its topics. */
+export class LiveSession {
+  status: SessionStatus | null = null;
+  scene: Scene | null = null;
+  geometry: GetGeometryResponse | null = null;
+  result: ResultInfo | null = null;
+  design: DesignInfo | null = null;
+  readonly motion = new MotionBuffer();
+  readonly history = new History();
+  readonly latency = new Latency();
+  /** Newest revision that this page knows of. */
+  revision = 0n;
+  private readonly own = new Set<bigint>();
+  private readonly handlers = new Map<string, Set<(value: never) => void>>();
+  private readonly topics: string[];
+  private queue: Promise<void> = Promise.resolve();
+  private sceneTimer = 0;
+  private sceneRevision = -1n;
+  private isClosed = false;
+
+  constructor(
+    readonly connection: Connection,
+    private readonly streams: Streams,
+    readonly name: SessionName,
+  ) {
+    const topic = `session/${name.session}`;
+    this.topics = [`${topic}/status`, `${topic}/body/0/changes`, `${topic}/design`];
+  }
+
+  /** NAME@UID: never reaches another session of the same name. */
+  get reference(): string {
+    return `${this.name.session}@${this.name.uid}`;
+  }
+
+  get kind(): string {
+    return this.status?.kind ?? "";
+  }
+
+  get isReady(): boolean {
+    return this.status?.state === SessionState.READY;
+  }
+
+  on<K extends keyof SessionEvents>(event: K, handler: Handler<K>): void {
+    const all = this.handlers.get(event) ?? new Set();
+    all.add(handler as (value: never) => void);
+    this.handlers.set(event, all);
+  }
+
+  /** Subscribes, then asks for what there is. */
+  async start(): Promise<void> {
+    this.listen();
+    await this.refresh();
+  }
+
+  private listen(): void {
+    for (const topic of this.topics) {
+      this.streams.subscribe(topic, (message) => {
+        if (message.sessionUid !== this.name.uid || this.isClosed) return;
+        const { payload } = message;
+        if (payload.case === "status") this.takeStatus(payload.value);
+        else if (payload.case === "frames") this.enqueue(() => this.takeFrames(payload.value));
+        else if (payload.case === "design") this.takeDesign(payload.value);
+      });
+    }
+  }
+
+  /** A page that nobody sees takes no frames. */
+  sleep(): void {
+    for (const topic of this.topics) this.streams.unsubscribe(topic);
+  }
+
+  /** What happened meanwhile is asked for, the newest alone. */
+  async wake(): Promise<void> {
+    this.listen();
+    await this.refresh();
+  }
+
+  /** Asks for status, scene and the newest motion: at the start, and after a lost connection. */
+  async refresh(): Promise<void> {
+    const { status, scene } = await this.connection.call("getSession", { session: this.reference, withScene: true });
+    if (scene) this.takeScene(scene, status?.revision ?? 0n);
+    if (status) this.takeStatus(status);
+    if (status?.result) this.enqueue(() => this.fetchMotion());
+    if (status?.kind === "linkages") this.enqueue(() => this.refreshDesign());
+  }
+
+  /** Of a linkage: how its newest design stands. */
+  async refreshDesign(): Promise<void> {
+    const { design } = await this.connection.call("getDesign", { session: this.reference });
+    if (design && !this.isClosed) this.takeDesign(design);
+  }
+
+  close(): void {
+    this.isClosed = true;
+    window.clearTimeout(this.sceneTimer);
+    for (const topic of this.topics) this.streams.unsubscribe(topic);
+    this.handlers.clear();
+  }
+
+  /** All or nothing, one revision. isContinued: part of the gesture before, for undo. */
+  async edit(edits: EditInit[], isContinued = false, sent = performance.now()): Promise<EditResponse> {
+    const response = await this.connection.call("edit", { session: this.reference, edits });
+    this.own.add(response.revision);
+    this.latency.edited(response.revision, sent);
+    const isUndo = edits[0]?.edit?.case === "undo" || edits[0]?.edit?.case === "redo";
+    if (!isUndo) this.history.edited(response.revision, isContinued);
+    this.see(response.revision);
+    return response;
+  }
+
+  async undo(): Promise<void> {
+    const count = this.history.undo(this.revision);
+    const edits = Array.from({ length: count }, (): EditInit => ({ edit: { case: "undo", value: {} } }));
+    this.history.undid(count, (await this.edit(edits)).revision);
+  }
+
+  async redo(): Promise<void> {
+    const count = this.history.redo(this.revision);
+    const edits = Array.from({ length: count }, (): EditInit => ({ edit: { case: "redo", value: {} } }));
+    this.history.redid(count, (await this.edit(edits)).revision);
+  }
+
+  private emit<K extends keyof SessionEvents>(event: K, value: SessionEvents[K]): void {
+    for (const handler of this.handlers.get(event) ?? []) (handler as Handler<K>)(value);
+  }
+
+  /** Work that must keep its order: frames may need a basis that is not here yet. */
+  private enqueue(work: () => Promise<void>): void {
+    this.queue = this.queue.then(async () => {
+      if (this.isClosed) return;
+      try {
+        await work();
+      } catch (error) {
+        const isPassing =
+          error instanceof LimberError &&
+          ["FAILED_PRECONDITION", "NOT_FOUND", "RESTARTED", "CANCELLED"].includes(error.code);
+        if (!isPassing) this.emit("trouble", error);
+      }
+    });
+  }
+
+  private see(revision: bigint): void {
+    if (revision > this.revision) {
+      const from = this.revision + 1n;
+      const isKnown = this.status !== null;
+      this.revision = revision;
+      let foreign = 0n;
+      for (let at = from; at <= revision && at < from + 1000n; at++) if (!this.own.delete(at)) foreign = at;
+      // Edits of this page are seen here before their answer, where the status is faster: look once more then.
+      if (isKnown && foreign) window.setTimeout(() => this.tellOthers(from, foreign), 300);
+    }
+    if (this.sceneRevision < this.revision) this.scheduleScene();
+  }
+
+  private tellOthers(from: bigint, to: bigint): void {
+    let foreign = false;
+    for (let at = from; at <= to; at++) if (!this.own.delete(at)) foreign = true;
+    if (foreign) this.emit("others", { from, to });
+  }
+
+  private scheduleScene(): void {
+    if (this.sceneTimer || this.isClosed) return;
+    this.sceneTimer = window.setTimeout(async () => {
+      try {
+        const { status, scene } = await this.connection.call("getSession", {
+          session: this.reference,
+          withScene: true,
+        });
+        this.sceneTimer = 0;
+        if (scene && !this.isClosed) this.takeScene(scene, status?.revision ?? 0n);
+        if (this.sceneRevision < this.revision) this.scheduleScene();
+      } catch {
+        this.sceneTimer = 0; // The next status asks again.
+      }
+    }, SCENE_DELAY_MS);
+  }
+
+  private takeScene(scene: Scene, revision: bigint): void {
+    this.scene = scene;
+    this.sceneRevision = revision;
+    this.emit("scene", scene);
+  }
+
+  private takeStatus(status: SessionStatus): void {
+    if (status.state === SessionState.CLOSED) {
+      this.emit("closed", { isServerStopped: status.serverStopped });
+      return;
+    }
+    const wasReady = this.isReady;
+    this.see(status.revision);
+    this.status = status;
+    this.emit("status", status);
+    if (status.result) this.takeResult(status.result);
+    const isBehind = status.result && status.result.sequence > this.motion.sequence;
+    if (isBehind && (!wasReady || this.motion.frames === 0)) this.enqueue(() => this.catchUp(status));
+  }
+
+  private takeDesign(design: DesignInfo): void {
+    this.design = design;
+    this.emit("design", design);
+  }
+
+  private takeResult(result: ResultInfo): void {
+    if (this.result && result.sequence <= this.result.sequence) return;
+    this.result = result;
+    this.emit("result", result);
+  }
+
+  private async catchUp(status: SessionStatus): Promise<void> {
+    if ((status.result?.sequence ?? 0n) > this.motion.sequence) await this.fetchMotion();
+  }
+
+  private async takeFrames(frames: Frames): Promise<void> {
+    if (frames.basisHash !== this.geometry?.basisHash || !this.geometry) await this.fetchGeometry(frames.basisHash);
+    const taken = this.motion.take(frames);
+    if (taken === "fetch") await this.fetchMotion();
+    else if (taken !== "nothing") this.moved(frames.result);
+  }
+
+  private moved(result: ResultInfo | undefined): void {
+    if (result && result.sequence > 0n) {
+      this.latency.arrived(result.revision, performance.now());
+      this.takeResult(result);
+    }
+    this.emit("motion", undefined);
+  }
+
+  /** All frames of the newest result; again where a newer one came between two parts. */
+  private async fetchMotion(): Promise<void> {
+    const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
+    for (;;) {
+      const probe = await this.connection.call("getFrames", { ...wanted, firstFrame: 0, frameCount: 1 });
+      if (!probe.frames) return;
+      const numbers = (probe.frames.data?.data.byteLength ?? 4) / 4;
+      const step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
+      const total = this.kind === "bodies" ? (this.status?.frames ?? 1) : 0;
+      const parts: Frames[] = [];
+      let at = 0;
+      do {
+        const count = total > step ? Math.min(step, total - at) : 0;
+        const { frames } = await this.connection.call("getFrames", { ...wanted, firstFrame: at, frameCount: count });
+        if (!frames) return;
+        parts.push(frames);
+        at += frames.frameCount;
+      } while (total > step && at < total);
+      const sequence = parts[0]?.result?.sequence;
+      if (parts.some((part) => part.result?.sequence !== sequence)) continue;
+      const hash = parts[0]?.basisHash ?? "";
+      if (hash !== this.geometry?.basisHash || !this.geometry) await this.fetchGeometry(hash);
+      this.motion.replace(parts);
+      this.moved(parts[0]?.result);
+      return;
+    }
+  }
+
+  private async fetchGeometry(hash: string): Promise<void> {
+    const geometry = await this.connection.call("getGeometry", { session: this.reference, basisHash: hash });
+    this.geometry = geometry;
+    this.emit("geometry", geometry);
+  }
+}

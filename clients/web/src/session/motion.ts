@@ -1,0 +1,88 @@
+import type { Frames } from "../../gen/limber/v1/service_pb";
+import { floats } from "../wire/arrays";
+import { LimberError } from "../wire/errors";
+
+/** What a message of the topic `changes` asks for beside being written. */
+export type Taken = "nothing" | "written" | "whole" | "fetch";
+
+/**
+ * The motion of a session, kept up to date by the topic `changes` (docs/protocol.md, Changes of long motions):
+ * frames x size float32. Of coordinates only.
+ */
+export class MotionBuffer {
+  data = new Float32Array(0);
+  frames = 0;
+  /** Numbers of a frame. */
+  size = 0;
+  /** Of the basis that frames are of. */
+  basisHash = "";
+  /** ResultInfo.sequence of the result whose motion this is; 0: none yet. */
+  sequence = 0n;
+  private begun = 0n;
+  private parts = 0;
+
+  frame(index: number): Float32Array {
+    const at = Math.min(Math.max(index, 0), this.frames - 1) * this.size;
+    return this.data.subarray(at, at + this.size);
+  }
+
+  /** A message of the topic. "fetch": ask for the whole motion and give it to replace(). */
+  take(message: Frames): Taken {
+    const { changes, result } = message;
+    const sequence = result?.sequence ?? 0n;
+    if (!changes) return "nothing";
+    if (changes.early) {
+      if (this.frames === 0 || changes.baseSequence !== this.sequence || this.begun !== 0n) return "nothing";
+      this.write(message);
+      return "written";
+    }
+    if (sequence <= this.sequence) return "nothing";
+    if (changes.part !== (sequence === this.begun ? this.parts : 0)) return "fetch";
+    if (changes.part === 0 && (changes.baseSequence !== this.sequence || this.sequence === 0n)) {
+      if (changes.baseSequence !== 0n) return "fetch";
+      this.begin(message, changes.motionFrames);
+    }
+    this.write(message);
+    this.begun = changes.more ? sequence : 0n;
+    this.parts = changes.more ? changes.part + 1 : 0;
+    if (changes.more) return "written";
+    this.sequence = sequence;
+    return "whole";
+  }
+
+  /** The whole motion of one result, in parts. */
+  replace(parts: Frames[]): void {
+    const all = parts.map((part) => floats(part.data));
+    this.frames = parts.reduce((sum, part) => sum + part.frameCount, 0);
+    this.size = this.frames ? all.reduce((sum, part) => sum + part.length, 0) / this.frames : 0;
+    this.data = new Float32Array(this.frames * this.size);
+    let at = 0;
+    for (const part of all) {
+      this.data.set(part, at);
+      at += part.length;
+    }
+    this.basisHash = parts[0]?.basisHash ?? "";
+    this.sequence = parts[0]?.result?.sequence ?? 0n;
+    this.begun = 0n;
+    this.parts = 0;
+  }
+
+  private begin(message: Frames, frames: number): void {
+    const numbers = floats(message.data).length;
+    this.size = message.frameCount ? numbers / message.frameCount : 0;
+    this.frames = frames;
+    this.data = new Float32Array(frames * this.size);
+    this.basisHash = message.basisHash;
+    this.sequence = 0n;
+  }
+
+  private write(message: Frames): void {
+    if (message.frameCount === 0) return;
+    const numbers = floats(message.data);
+    const end = message.firstFrame + message.frameCount;
+    if (numbers.length !== message.frameCount * this.size || end > this.frames) {
+      throw new LimberError("MALFORMED", "frames that do not fit the motion", "frames");
+    }
+    this.data.set(numbers, message.firstFrame * this.size);
+  }
+}

@@ -1,0 +1,75 @@
+import { type ResultInfo, SessionState, type SessionStatus, SolveStatus } from "../../gen/limber/v1/service_pb";
+import { number } from "../controls/dom";
+
+/** How sure a line is: the page shows each in its colour and with its sign. */
+export type Tone = "good" | "busy" | "warning" | "bad";
+
+export interface Line {
+  tone: Tone;
+  text: string;
+}
+
+const STATUS: Record<number, string> = {
+  [SolveStatus.UNSPECIFIED]: "solved",
+  [SolveStatus.CONVERGED]: "converged",
+  [SolveStatus.IMPROVED]: "improving",
+  [SolveStatus.ITERATION_LIMIT]: "stopped at the limit of iterations, not converged",
+  [SolveStatus.STALLED]: "stalled before it converged",
+  [SolveStatus.CANCELLED]: "cancelled",
+  [SolveStatus.SADDLE]: "balanced, but not stable",
+  [SolveStatus.UNBALANCED]: "not in balance: nothing holds what is pushed",
+};
+
+/** The state of a session in one line. */
+export function describeState(status: SessionStatus): Line {
+  const progress = status.progress;
+  switch (status.state) {
+    case SessionState.BUILDING: {
+      const share = progress ? ` ${Math.round(100 * progress.fraction)} %` : "";
+      return { tone: "busy", text: `building the model: ${progress?.stage || "starting"}${share}` };
+    }
+    case SessionState.READY:
+      return { tone: "good", text: "ready" };
+    case SessionState.FAILED:
+      return { tone: "bad", text: `no model: ${status.message}` };
+    case SessionState.CLOSED:
+      return { tone: "bad", text: "closed" };
+    default:
+      return { tone: "busy", text: "waiting" };
+  }
+}
+
+/** How the newest result stands, in one line. */
+export function describeResult(result: ResultInfo): Line {
+  const revision = `revision ${result.revision}`;
+  if (result.solveFailed) return { tone: "bad", text: `${revision}: no solution, the motion before is shown` };
+  if (result.firstPicture) return { tone: "busy", text: `${revision}: first picture, the model is still being built` };
+  if (result.design) return { tone: "busy", text: `step ${result.design.iteration} of a design` };
+  const status = STATUS[result.status] ?? "solved";
+  if (!result.converged) return { tone: "busy", text: `${revision}: ${status === "converged" ? "improving" : status}` };
+  const tone: Tone = result.status === SolveStatus.CONVERGED ? "good" : "warning";
+  return { tone, text: `${revision}: final, ${status}` };
+}
+
+/** How near the shown result is to the exact one, as far as it was checked. */
+export function describeAccuracy(result: ResultInfo): Line | null {
+  const motion = result.motionError;
+  if (motion) {
+    const share = `${number(100 * motion.shapeError, 2)} %`;
+    const worst = `${number(100 * motion.worstFrameError, 2)} % in frame ${motion.worstFrame}`;
+    return motion.withinTolerance
+      ? { tone: "good", text: `checked: off by ${share} in the mean, ${worst} at worst; within the tolerance` }
+      : {
+          tone: "warning",
+          text: `checked: off by ${share} in the mean, ${worst} at worst; beyond the tolerance of ${number(100 * motion.tolerance, 2)} %`,
+        };
+  }
+  const elements = result.discretisationError;
+  if (elements) {
+    if (!elements.comparedElements) return { tone: "warning", text: `not checked: ${elements.message}` };
+    const text = `checked: positions are off by ${number(100 * elements.positionError, 2)} % of the size (${number(elements.maxDistance)} m) by the discretisation`;
+    return { tone: elements.withinTolerance ? "good" : "warning", text };
+  }
+  if (!result.converged || result.solveFailed) return null;
+  return { tone: "busy", text: "not checked yet" };
+}

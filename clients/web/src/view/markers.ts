@@ -1,0 +1,141 @@
+import {
+  BufferAttribute,
+  BufferGeometry,
+  CanvasTexture,
+  Color,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Points,
+  PointsMaterial,
+  type Vector3,
+} from "three";
+import type { Stage } from "./stage";
+
+export type MarkerSize = "small" | "medium" | "large";
+
+/** A point that can be seen through what is before it, and picked. */
+export interface Marker {
+  key: string;
+  position: Vector3;
+  color: number;
+  /** Default: medium. */
+  size?: MarkerSize;
+}
+
+const SIZES: Record<MarkerSize, number> = { small: 7, medium: 12, large: 19 };
+
+/** A disc with a rim, so that a point is seen on any ground. */
+function disc(): CanvasTexture {
+  const canvas = document.createElement("canvas");
+  canvas.width = 64;
+  canvas.height = 64;
+  const context = canvas.getContext("2d");
+  if (context) {
+    context.beginPath();
+    context.arc(32, 32, 26, 0, 2 * Math.PI);
+    context.fillStyle = "#ffffff";
+    context.fill();
+    context.lineWidth = 9;
+    context.strokeStyle = "#3a3a3a";
+    context.stroke();
+  }
+  return new CanvasTexture(canvas);
+}
+
+/** Handles of what can be grabbed. */
+export class Markers {
+  private readonly group = new Group();
+  private markers: Marker[] = [];
+  private readonly clouds: { points: Points; size: MarkerSize }[] = [];
+
+  constructor(private readonly stage: Stage) {
+    const map = disc();
+    for (const size of ["small", "medium", "large"] as const) {
+      const material = new PointsMaterial({
+        map,
+        size: SIZES[size] * stage.renderer.getPixelRatio(),
+        sizeAttenuation: false,
+        vertexColors: true,
+        transparent: true,
+        alphaTest: 0.4,
+        depthTest: false,
+      });
+      const points = new Points(new BufferGeometry(), material);
+      points.renderOrder = 10;
+      points.frustumCulled = false;
+      this.clouds.push({ points, size });
+      this.group.add(points);
+    }
+    stage.content.add(this.group);
+  }
+
+  set(markers: Marker[]): void {
+    this.markers = markers;
+    const color = new Color();
+    for (const { points, size } of this.clouds) {
+      const own = markers.filter((marker) => (marker.size ?? "medium") === size);
+      const positions = new Float32Array(own.flatMap((marker) => marker.position.toArray()));
+      const colors = new Float32Array(own.flatMap((marker) => color.set(marker.color).toArray()));
+      points.geometry.dispose();
+      points.geometry = new BufferGeometry();
+      points.geometry.setAttribute("position", new BufferAttribute(positions, 3));
+      points.geometry.setAttribute("color", new BufferAttribute(colors, 3));
+      points.visible = own.length > 0;
+    }
+    this.stage.invalidate();
+  }
+
+  /** The nearest within `radius` pixels; of those that overlap the one in front. */
+  pick(x: number, y: number, radius: number): Marker | null {
+    let best: Marker | null = null;
+    let least = radius;
+    for (const marker of this.markers) {
+      const at = this.stage.project(marker.position);
+      if (at.z > 1) continue;
+      const distance = Math.hypot(at.x - x, at.y - y);
+      if (distance < least) {
+        least = distance;
+        best = marker;
+      }
+    }
+    return best;
+  }
+}
+
+/** Coloured segments: pulls from a point to its target, loads, trajectories. */
+export class Segments {
+  private readonly lines: LineSegments;
+
+  constructor(
+    private readonly stage: Stage,
+    isOnTop = true,
+  ) {
+    this.lines = new LineSegments(
+      new BufferGeometry(),
+      new LineBasicMaterial({ vertexColors: true, depthTest: !isOnTop }),
+    );
+    this.lines.renderOrder = 9;
+    this.lines.frustumCulled = false;
+    stage.content.add(this.lines);
+  }
+
+  /** Pairs of points, each pair with its colour. */
+  set(pairs: { from: Vector3; to: Vector3; color: number }[]): void {
+    const positions = new Float32Array(6 * pairs.length);
+    const colors = new Float32Array(6 * pairs.length);
+    const color = new Color();
+    pairs.forEach(({ from, to, color: value }, i) => {
+      from.toArray(positions, 6 * i);
+      to.toArray(positions, 6 * i + 3);
+      color.set(value).toArray(colors, 6 * i);
+      color.toArray(colors, 6 * i + 3);
+    });
+    this.lines.geometry.dispose();
+    this.lines.geometry = new BufferGeometry();
+    this.lines.geometry.setAttribute("position", new BufferAttribute(positions, 3));
+    this.lines.geometry.setAttribute("color", new BufferAttribute(colors, 3));
+    this.lines.visible = pairs.length > 0;
+    this.stage.invalidate();
+  }
+}

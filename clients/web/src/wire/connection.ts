@@ -1,0 +1,109 @@
+import { create, fromBinary, type MessageInitShape, toBinary } from "@bufbuild/protobuf";
+import { type Reply, ReplySchema, type Request, RequestSchema } from "../../gen/limber/v1/service_pb";
+import { LimberError } from "./errors";
+import { Socket, type SocketState } from "./socket";
+
+type Body = Exclude<Request["body"], { case: undefined }>;
+export type Kind = Body["case"];
+type InitBody = Exclude<
+  NonNullable<Exclude<MessageInitShape<typeof RequestSchema>, Request>["body"]>,
+  { case?: undefined } | Request["body"]
+>;
+export type Init<K extends Kind> = Extract<InitBody, { case: K }>["value"];
+export type Response<K extends Kind> = Extract<Reply["body"], { case: K }>["value"];
+
+interface Pending {
+  data: Uint8Array;
+  isSent: boolean;
+  resolve(reply: Reply): void;
+  reject(error: LimberError): void;
+  timer: number;
+}
+
+const VERSION = 1;
+const TIMEOUT_MS = 15_000;
+
+function randomText(): string {
+  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/**
+ * Requests to limberd, many in flight. What has no answer when the connection is lost is sent again under the same
+ * id on the next one: the server applies what changes something once (docs/protocol.md, Repeated requests).
+ */
+export class Connection {
+  /** The run of limberd that answered last; another one means that its sessions are gone. */
+  instance = "";
+  private nextId = 1n;
+  private readonly client = randomText();
+  private readonly pending = new Map<bigint, Pending>();
+  private readonly socket: Socket;
+
+  constructor(
+    url: string,
+    private readonly changed: (state: SocketState) => void,
+    private readonly restarted: () => void,
+  ) {
+    this.socket = new Socket(url, {
+      opened: () => this.sendWaiting(),
+      received: (data) => this.receive(data),
+      changed: (state) => {
+        if (state === "lost") for (const one of this.pending.values()) one.isSent = false;
+        this.changed(state);
+      },
+    });
+  }
+
+  /** Sends one request; rejects with LimberError. timeout [ms]: for all of it, a lost connection included. */
+  async call<K extends Kind>(kind: K, value: Init<K>, timeout = TIMEOUT_MS): Promise<Response<K>> {
+    const id = this.nextId++;
+    const body = { case: kind, value } as unknown as Body;
+    const data = toBinary(RequestSchema, create(RequestSchema, { version: VERSION, id, client: this.client, body }));
+    const reply = await new Promise<Reply>((resolve, reject) => {
+      const timer = window.setTimeout(() => {
+        this.pending.delete(id);
+        const why = this.socket.isOpen ? "the server did not answer in time" : "there is no connection to the server";
+        reject(new LimberError("TIMEOUT", why));
+      }, timeout);
+      this.pending.set(id, { data, isSent: this.socket.send(data), resolve, reject, timer });
+    });
+    if (reply.body.case === "error") throw LimberError.from(reply.body.value);
+    if (reply.body.case !== kind) throw new LimberError("MALFORMED", `the answer to ${kind} is ${reply.body.case}`);
+    return reply.body.value as Response<K>;
+  }
+
+  retry(): void {
+    this.socket.retry();
+  }
+
+  close(): void {
+    this.socket.close();
+    for (const one of this.pending.values()) {
+      window.clearTimeout(one.timer);
+      one.reject(new LimberError("CANCELLED", "the connection was closed"));
+    }
+    this.pending.clear();
+  }
+
+  private sendWaiting(): void {
+    for (const one of this.pending.values()) if (!one.isSent) one.isSent = this.socket.send(one.data);
+  }
+
+  private receive(data: Uint8Array): void {
+    const reply = fromBinary(ReplySchema, data);
+    this.heard(reply.instance);
+    const waiting = this.pending.get(reply.id);
+    if (!waiting) return;
+    this.pending.delete(reply.id);
+    window.clearTimeout(waiting.timer);
+    waiting.resolve(reply);
+  }
+
+  /** Every reply and every stream message names the run of the server. */
+  heard(instance: string): void {
+    if (!instance || instance === this.instance) return;
+    const isAnother = this.instance !== "";
+    this.instance = instance;
+    if (isAnother) this.restarted();
+  }
+}

@@ -1,0 +1,261 @@
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { after, before, test } from "node:test";
+import {
+  accessibilityFaults,
+  distance,
+  drag,
+  drawnPixels,
+  keepPicture,
+  launch,
+  openPanels,
+  openSample,
+  revision,
+  Server,
+  seen,
+  serverPositions,
+  settle,
+  until,
+  visit,
+} from "./support.mjs";
+
+const server = new Server();
+let browser;
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await server.close();
+});
+
+const FRAME = 150;
+const NODE = 957;
+
+/** The flower at a frame, its top in the picture. */
+async function flower() {
+  const page = await visit(browser, server.url);
+  await openSample(page, "flower");
+  await page.evaluate((frame) => window.limber.opened.goTo(frame), FRAME);
+  const top = await page.evaluate(
+    ([node, frame]) => {
+      const { workspace, session } = window.limber.opened;
+      return workspace.surface.basis.mean([node], session.motion.frame(frame));
+    },
+    [NODE, FRAME],
+  );
+  return { page, top, at: await seen(page, top) };
+}
+
+test("a point of the flower is dragged, and the server's motion goes there", async () => {
+  const { page, at } = await flower();
+  assert.ok((await drawnPixels(page)) > 5000, "the flower is not drawn");
+  await drag(page, at, [-45, -15]);
+  const constraints = () => page.evaluate(() => window.limber.opened.session.scene.constraints.length);
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  await settle(page, 1);
+  const constraint = await page.evaluate(() => {
+    const { nodes, frame, target } = window.limber.opened.session.scene.constraints.at(-1);
+    return { nodes, frame, target: [target.value.x, target.value.y, target.value.z] };
+  });
+  assert.equal(constraint.frame, FRAME);
+  const positions = await serverPositions(page, FRAME);
+  const [node] = constraint.nodes;
+  const held = positions.slice(3 * node, 3 * node + 3);
+  assert.ok(distance(held, constraint.target) < 0.02, `${held} is not near ${constraint.target}`);
+  assert.match(await page.locator("[data-test=result]").textContent(), /final, converged/);
+
+  // The whole drag is one step of undo, however many revisions it made.
+  const before = await revision(page);
+  assert.ok(before > 3, "the drag was one edit");
+  await page.keyboard.press("Control+z");
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 20);
+  await page.keyboard.press("Control+y");
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  assert.equal(await constraints(), 21);
+  assert.equal(await revision(page), before + 2);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("a constraint is moved by its handle, changed in the panel and deleted by its key", async () => {
+  const { page, at } = await flower();
+  await drag(page, at, [-40, 0]);
+  await settle(page, 1);
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  await page.waitForTimeout(600);
+  const target = () =>
+    page.evaluate(() => {
+      const { x, y, z } = window.limber.opened.session.scene.constraints.at(-1).target.value;
+      return [x, y, z];
+    });
+  const first = await target();
+  await drag(page, await seen(page, first), [0, 30]);
+  await until(page, (y) => window.limber.opened.session.scene.constraints.at(-1).target.value.y < y - 0.01, first[1]);
+  await page.getByLabel("Hold exactly").check();
+  await until(page, () => window.limber.opened.session.scene.constraints.at(-1).enforcement.case === "exact");
+  await settle(page);
+  const positions = await serverPositions(page, FRAME);
+  const node = await page.evaluate(() => window.limber.opened.session.scene.constraints.at(-1).nodes[0]);
+  assert.ok(distance(positions.slice(3 * node, 3 * node + 3), await target()) < 1e-3);
+  await page.locator("canvas.view").focus();
+  await page.keyboard.press("Delete");
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 20);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("a painted group is held by its mean, a pose becomes a keyframe, a material is fitted", async () => {
+  const { page, at } = await flower();
+  await page.keyboard.down("Shift");
+  await drag(page, at, [25, 10]);
+  await page.keyboard.up("Shift");
+  const group = await page.evaluate(() => window.limber.opened.workspace.group);
+  assert.ok(group.length > 5, `${group.length} nodes were painted`);
+  await drag(page, at, [30, -10]);
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  await settle(page, 1);
+  const constraint = await page.evaluate(() => {
+    const { nodes, target } = window.limber.opened.session.scene.constraints.at(-1);
+    return { nodes, target: [target.value.x, target.value.y, target.value.z] };
+  });
+  assert.deepEqual(constraint.nodes, group);
+  const positions = await serverPositions(page, FRAME);
+  const mean = [0, 1, 2].map((axis) => group.reduce((sum, node) => sum + positions[3 * node + axis], 0) / group.length);
+  assert.ok(distance(mean, constraint.target) < 0.02, `${mean} is not near ${constraint.target}`);
+
+  await keepPicture(page, "flower");
+
+  await openPanels(page, "Keyframes");
+  await page.getByLabel("Frame of the new keyframe").fill("300");
+  await page.getByRole("button", { name: "Add", exact: true }).click();
+  await until(page, () => window.limber.opened.session.scene.keyframes.length === 1);
+  await settle(page, 2);
+  const repeated = await serverPositions(page, 300);
+  const farthest = Math.max(...repeated.map((value, i) => Math.abs(value - positions[i])));
+  assert.ok(farthest < 0.05, `the pose of frame 300 is ${farthest} from the keyframe`);
+
+  await openPanels(page, "Dynamics");
+  await page.getByLabel("Optimise").selectOption({ label: "frequencies and damping too" });
+  await until(page, () => window.limber.opened.session.result.materialIterations > 0);
+  await settle(page, 3);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("what was chosen and why is explained, and files are taken away", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  await openPanels(page, "Why");
+  await until(page, () => /modes \(r\)/.test(document.querySelector(".sidebar").textContent));
+  await openPanels(page, "Files");
+  await page.getByLabel("Format").selectOption({ label: "Blender: surface (.pc2, .obj)" });
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Download" }).click(),
+  ]);
+  assert.match(download.suggestedFilename(), /\.zip$/);
+  const listed = spawnSync("python3", ["-m", "zipfile", "-l", await download.path()], { encoding: "utf8" }).stdout;
+  assert.match(listed, /_surface\.obj/);
+  assert.match(listed, /_surface\.pc2/);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("a page that nobody sees takes no frames, and shows the newest when it is seen again", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  await page.evaluate(() => window.limber.opened.session.sleep());
+  await page.waitForTimeout(300);
+  const bytes = await page.evaluate(() => window.limber.streamedBytes);
+  await page.evaluate(async () => {
+    const { session } = window.limber.opened;
+    for (let i = 0; i < 10; i++) {
+      const target = { case: "displacement", value: { x: 0, y: 0.01 * i, z: 0 } };
+      const constraint = { frame: 90, nodes: [1336], target };
+      const { revision } = await session.edit([{ edit: { case: "add", value: { constraint } } }]);
+      await session.connection.call("wait", { session: session.reference, revision });
+    }
+  });
+  assert.equal(await page.evaluate(() => window.limber.streamedBytes), bytes);
+  await page.evaluate(() => window.limber.opened.session.wake());
+  await settle(page, 10);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("keys scrub and play at the scene's rate", async () => {
+  const { page } = await flower();
+  const frame = () => page.evaluate(() => window.limber.opened.frame);
+  await page.locator("canvas.view").focus();
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await frame(), FRAME + 1);
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.press("Home");
+  assert.equal(await frame(), 0);
+  await page.keyboard.press("Space");
+  await until(page, () => window.limber.opened.frame > 5);
+  assert.equal(await page.evaluate(() => window.limber.opened.workspace.rate), 30);
+  await page.keyboard.press("Space");
+  assert.equal(await page.evaluate(() => window.limber.opened.timeline.isPlaying), false);
+  await page.context().close();
+});
+
+test("the GPU's surface is the server's", async () => {
+  const { page } = await flower();
+  const positions = await serverPositions(page, FRAME);
+  const worst = await page.evaluate((positions) => {
+    const { workspace, stage } = window.limber.opened;
+    const { deformer } = workspace.surface;
+    if (!deformer.isOnGpu) return Number.POSITIVE_INFINITY;
+    const { side } = deformer;
+    const [target] = deformer.targets;
+    const texels = new Float32Array(4 * side * target.height);
+    stage.renderer.readRenderTargetPixels(target, 0, 0, side, target.height, texels);
+    let worst = 0;
+    workspace.surface.vertices.forEach((node, i) => {
+      for (let axis = 0; axis < 3; axis++)
+        worst = Math.max(worst, Math.abs(texels[4 * i + axis] - positions[3 * node + axis]));
+    });
+    return worst;
+  }, positions);
+  assert.ok(worst < 3e-4, `off by ${worst}`);
+  await page.context().close();
+});
+
+test("nothing serious for who uses no mouse or sees little", async () => {
+  const page = await visit(browser, server.url);
+  assert.deepEqual(await accessibilityFaults(page), []);
+  await keepPicture(page, "home");
+  await openSample(page, "beam");
+  await openPanels(page);
+  await page.waitForTimeout(500);
+  assert.deepEqual(await accessibilityFaults(page), []);
+  await page.context().close();
+});
+
+test("a finger drags a point on a tablet", async () => {
+  const page = await visit(browser, server.url, { viewport: { width: 820, height: 1180 }, hasTouch: true });
+  await openSample(page, "flower");
+  await page.evaluate((frame) => window.limber.opened.goTo(frame), FRAME);
+  const top = await page.evaluate(
+    ([node, frame]) => {
+      const { workspace, session } = window.limber.opened;
+      return workspace.surface.basis.mean([node], session.motion.frame(frame));
+    },
+    [NODE, FRAME],
+  );
+  const [x, y] = await seen(page, top);
+  const touch = await page.context().newCDPSession(page);
+  const send = (type, points) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: points });
+  await send("touchStart", [{ x, y }]);
+  for (let step = 1; step <= 8; step++) await send("touchMove", [{ x: x - 5 * step, y }]);
+  await send("touchEnd", []);
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  await settle(page, 1);
+  await page.waitForTimeout(500);
+  await keepPicture(page, "tablet");
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});

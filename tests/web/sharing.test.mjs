@@ -1,0 +1,131 @@
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { drag, drop, launch, openSample, ROOT, Server, seen, settle, until, visit } from "./support.mjs";
+
+const server = new Server();
+let browser;
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await server.close();
+});
+
+const FRAME = 40;
+const TIP = 1336;
+const tip = async (page) => {
+  await page.evaluate((frame) => window.limber.opened.goTo(frame), FRAME);
+  const at = await page.evaluate(
+    ([node, frame]) => {
+      const { workspace, session } = window.limber.opened;
+      return workspace.surface.basis.mean([node], session.motion.frame(frame));
+    },
+    [TIP, FRAME],
+  );
+  return seen(page, at);
+};
+const constraints = (page, count) =>
+  until(page, (count) => window.limber.opened?.session.scene?.constraints.length === count, count);
+
+test("two pages see each other's edits", async () => {
+  const first = await visit(browser, server.url);
+  await openSample(first, "beam");
+  const count = await first.evaluate(() => window.limber.opened.session.scene.constraints.length);
+  const second = await visit(browser, server.url);
+  await second.click("[data-session]");
+  await settle(second);
+  await drag(first, await tip(first), [0, -30]);
+  await settle(first, 1);
+  await constraints(second, count + 1);
+  const revision = await first.evaluate(() => Number(window.limber.opened.session.revision));
+  await settle(second, revision);
+  await until(second, () => /Somebody else edited/.test(document.querySelector(".notices").textContent));
+  const motions = await Promise.all(
+    [first, second].map((page) => page.evaluate(() => [...window.limber.opened.session.motion.data.slice(0, 5000)])),
+  );
+  assert.deepEqual(motions[0], motions[1]);
+  await second.keyboard.press("Control+z");
+  await until(first, (revision) => window.limber.opened.session.revision > BigInt(revision), revision);
+  assert.ok(
+    !/Somebody else/.test(
+      await second.evaluate(() => document.querySelector(".log").textContent.replace(/.*revisions? \d+.*/, "")),
+    ),
+  );
+  assert.deepEqual(first.faults.concat(second.faults), []);
+  await first.context().close();
+  await second.context().close();
+});
+
+test("a server that is killed and comes back finds the page's session again", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  const count = await page.evaluate(() => window.limber.opened.session.scene.constraints.length);
+  await drag(page, await tip(page), [0, -30]);
+  await settle(page, 1);
+  await constraints(page, count + 1);
+  const before = await page.evaluate(() => ({
+    name: window.limber.opened.session.name.session,
+    uid: String(window.limber.opened.session.name.uid),
+  }));
+  await server.kill();
+  await page.waitForSelector('body[data-connection="lost"], body[data-connection="connecting"]');
+  await server.start(server.address);
+  await until(page, (uid) => String(window.limber.opened?.session.name.uid ?? uid) !== uid, before.uid);
+  await settle(page);
+  await constraints(page, count + 1);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.name.session), before.name);
+  assert.match(await page.locator(".notices").textContent(), /The server was restarted/);
+  await drag(page, await tip(page), [0, 20]);
+  await settle(page, 1);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("a reloaded page is in its session again, and its token is in no address", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  const name = await page.evaluate(() => window.limber.opened.session.name.session);
+  assert.ok(!page.url().includes("token"));
+  await page.reload();
+  await settle(page);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.name.session), name);
+  await page.context().close();
+});
+
+test("dropped files are opened, and what is wrong with them is said in words", async () => {
+  const page = await visit(browser, server.url);
+  const notices = page.locator(".notices");
+  await drop(page, [{ name: "bad.json", text: '{"mesh": {"sample": "beam"}, "frames": 2, "fixed_nodes": [999999]}' }]);
+  await until(page, () => document.querySelectorAll(".notice.bad").length >= 2);
+  assert.match(await notices.textContent(), /frames/);
+  assert.match(await notices.textContent(), /fixed_nodes/);
+  await drop(page, [{ name: "letter.docx", text: "x" }]);
+  await until(page, () => /no file that this page knows/.test(document.querySelector(".notices").textContent));
+  await drop(page, [{ name: "good.json", text: '{"name": "mine", "mesh": {"sample": "beam"}, "frames": 60}' }]);
+  await settle(page);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.motion.frames), 60);
+  await page.getByLabel("limber: back to the list").click();
+
+  const lines = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\nl 1 5\nl 5 3\nl 2 5\nl 5 4\n";
+  await drop(page, [{ name: "cross.obj", text: lines }]);
+  await page.getByRole("button", { name: "Open", exact: true }).click();
+  await settle(page);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.kind), "linkages");
+  await page.getByLabel("limber: back to the list").click();
+
+  const surface = readFileSync(join(ROOT, "tests/web/tetrahedron.obj"), "utf8");
+  await drop(page, [{ name: "tetrahedron.obj", text: surface }]);
+  await page.getByRole("button", { name: "Continue" }).click();
+  await page.getByLabel("At most this far").fill("8");
+  await page.getByRole("button", { name: "Fill it" }).click();
+  await page.getByLabel("Frames of its motion").fill("30");
+  await page.getByRole("button", { name: "Open", exact: true }).click();
+  await settle(page);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.motion.frames), 30);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});

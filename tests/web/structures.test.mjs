@@ -1,0 +1,208 @@
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import {
+  accessibilityFaults,
+  distance,
+  drag,
+  drawnPixels,
+  drop,
+  keepPicture,
+  launch,
+  openPanels,
+  openSample,
+  revision,
+  Server,
+  seen,
+  serverPositions,
+  settle,
+  until,
+  visit,
+} from "./support.mjs";
+
+const server = new Server();
+let browser;
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await server.close();
+});
+
+const extreme = (page, sign) =>
+  page.evaluate((sign) => {
+    const { positions } = window.limber.opened.workspace;
+    let best = 0;
+    positions.forEach((position, i) => {
+      if (sign * position.z > sign * positions[best].z) best = i;
+    });
+    return { index: best, at: positions[best].toArray() };
+  }, sign);
+const lastFrame = (page) => page.evaluate(() => window.limber.opened.session.motion.frames - 1);
+
+/** The slider of the mean opening angle, put to a value as a hand would. */
+async function openTo(page, degrees) {
+  await page.evaluate((degrees) => {
+    const slider = document.querySelector("[data-test=opening]");
+    slider.value = String(degrees);
+    slider.dispatchEvent(new Event("input"));
+    slider.dispatchEvent(new Event("change"));
+  }, degrees);
+}
+
+test("a linkage opens by its slider, is pinned, and a joint is pulled where it is dragged", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "hyperboloid");
+  await openTo(page, 55);
+  await settle(page, 1);
+  const angle = await page.evaluate(() => window.limber.opened.session.result.linkage.meanAngleDegrees);
+  assert.ok(Math.abs(angle - 55) < 0.1, `opened to ${angle}`);
+  await page.click("[data-test=pin-feet]");
+  await until(page, () => window.limber.opened.session.scene.linkage.conditions.pins.length > 3);
+  await settle(page, 2);
+  assert.ok((await drawnPixels(page)) > 2000, "the linkage is not drawn");
+  const top = await extreme(page, 1);
+  await drag(page, await seen(page, top.at), [30, 25]);
+  await until(page, () => window.limber.opened.session.scene.linkage.conditions.targets.length === 1);
+  await settle(page, 4);
+  const target = await page.evaluate(() => {
+    const { x, y, z } = window.limber.opened.session.scene.linkage.conditions.targets[0].position;
+    return [x, y, z];
+  });
+  // Nodes of the swept surface as the server encodes them: those of the joint's rods are around it.
+  const nearest = async (point) => {
+    const surface = await serverPositions(page, await lastFrame(page));
+    let least = Number.POSITIVE_INFINITY;
+    for (let i = 0; i < surface.length; i += 3) least = Math.min(least, distance(surface.slice(i, i + 3), point));
+    return least;
+  };
+  const dragged = distance(target, top.at);
+  const moved = await page.evaluate((joint) => window.limber.opened.workspace.positions[joint].toArray(), top.index);
+  assert.ok(
+    distance(moved, target) < 0.7 * dragged,
+    `the joint is ${distance(moved, target)} from its target of ${dragged}`,
+  );
+  assert.ok((await nearest(moved)) < 0.03, "the page shows the joint where the server has no rod");
+  await keepPicture(page, "linkage");
+  await page.keyboard.press("Control+z");
+  await until(page, () => window.limber.opened.session.scene.linkage.conditions.targets.length === 0);
+  await settle(page);
+  for (const by of ["twist", "angle", "stress"]) {
+    await page.getByLabel("Colour by").selectOption(by);
+    await page.waitForSelector(".legend:not([hidden])");
+  }
+  await until(
+    page,
+    () =>
+      /final shape/.test(document.querySelector(".legend").textContent) &&
+      /Pa/.test(document.querySelector(".legend").textContent),
+  );
+  assert.deepEqual(await accessibilityFaults(page), []);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("a node of a gridshell is brought where it is dragged", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "gridshell");
+  assert.ok((await drawnPixels(page)) > 2000, "the gridshell is not drawn");
+  await until(page, () => /%/.test(document.querySelector(".legend").textContent));
+  await keepPicture(page, "beams");
+  const node = await page.evaluate(() => window.limber.opened.session.scene.beams.structure.motions[0].node);
+  const at = await page.evaluate((node) => window.limber.opened.workspace.positions[node].toArray(), node);
+  await drag(page, await seen(page, at), [-25, 10], 8);
+  await settle(page, 1);
+  await until(page, () => window.limber.opened.dragged === undefined);
+  const motion = await page.evaluate((node) => {
+    const { structure } = window.limber.opened.session.scene.beams;
+    const { x, y, z } = structure.motions.find((one) => one.node === node);
+    const drawn = structure.nodes[node].position;
+    return [drawn.x + x, drawn.y + y, drawn.z + z];
+  }, node);
+  assert.ok(distance(motion, at) > 0.05, "the node is where it was");
+  const positions = await serverPositions(page, await lastFrame(page));
+  const elements = await page.evaluate((node) => {
+    const { shapes } = window.limber.opened.workspace;
+    return [...shapes.elements].indexOf(node);
+  }, node);
+  const rows = positions.length / 3;
+  const nodes = await page.evaluate(() => window.limber.opened.workspace.shapes.nodes);
+  const row = rows === nodes ? node : elements;
+  assert.ok(distance(positions.slice(3 * row, 3 * row + 3), motion) < 1e-4, "the server has the node elsewhere");
+  const before = await revision(page);
+  await page.keyboard.press("Control+z");
+  await settle(page, before + 1);
+  const back = await serverPositions(page, await lastFrame(page));
+  assert.ok(distance(back.slice(3 * row, 3 * row + 3), at) < 1e-4, "undo did not bring the node back");
+  assert.deepEqual(await accessibilityFaults(page), []);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+/** A patch of surface as an .obj. */
+function hill() {
+  const [count, vertices, faces] = [17, [], []];
+  for (let i = 0; i < count; i++) {
+    for (let j = 0; j < count; j++) {
+      const [x, y] = [-1 + (2 * i) / (count - 1), -0.7 + (1.4 * j) / (count - 1)];
+      vertices.push(`v ${x} ${y} ${0.3 * (1 - x * x - y * y) * (1 + 0.4 * x)}`);
+      const a = (i - 1) * count + j;
+      if (i && j) faces.push(`f ${a} ${a + count} ${a + count + 1}`, `f ${a} ${a + count + 1} ${a + 1}`);
+    }
+  }
+  return [...vertices, ...faces].join("\n");
+}
+
+test("a linkage is made for a dropped surface, designed, paused, and taken", async () => {
+  const page = await visit(browser, server.url);
+  await drop(page, [{ name: "hill.obj", text: hill() }]);
+  await page.getByLabel("What to do with it").selectOption("linkage");
+  await page.getByRole("button", { name: "Continue" }).click();
+  await page.getByLabel("Joints along").fill("6");
+  await page.getByLabel("Joints across").fill("5");
+  await page.getByRole("button", { name: "Make the grid" }).click();
+  await settle(page);
+  await openPanels(page, "Design");
+  await page.getByRole("button", { name: "Start" }).click();
+  const design = (name) => page.evaluate((name) => window.limber.opened.session.design?.[name], name);
+  await until(page, () => window.limber.opened.session.design?.iteration >= 2);
+  await keepPicture(page, "design");
+  const RUNNING = 2;
+  if ((await design("state")) === RUNNING)
+    await page
+      .getByRole("button", { name: "Pause" })
+      .click()
+      .catch(() => undefined);
+  await page.waitForTimeout(500);
+  await page.getByRole("button", { name: "Take the best" }).click();
+  await until(page, () => window.limber.opened.session.design?.takenRevision !== undefined);
+  await settle(page, 1);
+  const { start, best } = await page.evaluate(() => {
+    const { start, best } = window.limber.opened.session.design;
+    return { start: start.objective, best: best.objective };
+  });
+  assert.ok(best < start, `the design went from ${start} to ${best}`);
+  const lengths = await page.evaluate(
+    () => window.limber.opened.session.scene.linkage.conditions.segmentLengths.length,
+  );
+  assert.ok(lengths > 0);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test("an arch that snaps says so", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "arch");
+  const top = await extreme(page, 1);
+  await page.getByLabel("Dragging a node").selectOption("load");
+  await page.getByLabel("Force of a drag").fill("20000");
+  await page.getByLabel("Force of a drag").blur();
+  await drag(page, await seen(page, top.at), [0, 120], 3);
+  await settle(page, 1);
+  const snaps = await page.evaluate(() => window.limber.opened.session.result.beams.snaps.length);
+  if (snaps) assert.match(await page.locator(".notices").textContent(), /snapped at/);
+  assert.ok((await revision(page)) >= 1);
+  assert.match(await page.locator("[data-test=result]").textContent(), /revision \d+: (final|no solution)/);
+  await page.context().close();
+});
