@@ -233,5 +233,6 @@ export async function drawnPixels(page) {
 export async function keepPicture(page, name) {
   if (!PICTURES) return;
   mkdirSync(PICTURES, { recursive: true });
+  await page.evaluate(() => document.activeElement?.blur());
   await page.screenshot({ path: join(PICTURES, `${name}.png`) });
 }
