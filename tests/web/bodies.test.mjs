@@ -220,7 +220,21 @@ test("the GPU's surface is the server's", async () => {
     });
     return worst;
   }, positions);
-  assert.ok(worst < 3e-4, `off by ${worst}`);
+  const length = await page.evaluate(() => window.limber.opened.stage.extent);
+  assert.ok(worst < 5e-4 * length, `off by ${worst}`);
+  await page.context().close();
+});
+
+test("a GPU that draws no float textures shows the body all the same", async () => {
+  const page = await visit(browser, server.url, {}, () => {
+    const { getExtension } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.getExtension = function (name) {
+      return name === "EXT_color_buffer_float" ? null : getExtension.call(this, name);
+    };
+  });
+  await openSample(page, "flower");
+  assert.equal(await page.evaluate(() => window.limber.opened.workspace.surface.deformer.isOnGpu), false);
+  assert.ok((await drawnPixels(page)) > 5000, "the flower is not drawn");
   await page.context().close();
 });
 

@@ -43,7 +43,9 @@ test("two pages see each other's edits", async () => {
   await constraints(second, count + 1);
   const revision = await first.evaluate(() => Number(window.limber.opened.session.revision));
   await settle(second, revision);
-  await until(second, () => /Somebody else edited/.test(document.querySelector(".notices").textContent));
+  await until(second, () =>
+    /Somebody else edited.*constraint \d+ (added|changed)/.test(document.querySelector(".notices").textContent),
+  );
   const motions = await Promise.all(
     [first, second].map((page) => page.evaluate(() => [...window.limber.opened.session.motion.data.slice(0, 5000)])),
   );
@@ -83,6 +85,15 @@ test("a server that is killed and comes back finds the page's session again", as
   await settle(page, 1);
   assert.deepEqual(page.faults, []);
   await page.context().close();
+});
+
+test("a page without its token is told so, and gets nothing", async () => {
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  await page.goto(`http://${server.address}/`);
+  await until(page, () => /no token, or an old one/.test(document.querySelector(".notices")?.textContent ?? ""));
+  assert.equal(await page.locator("[data-sample]").count(), 0);
+  await context.close();
 });
 
 test("a reloaded page is in its session again, and its token is in no address", async () => {

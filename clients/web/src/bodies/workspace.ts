@@ -277,6 +277,18 @@ export class BodyWorkspace implements Workspace {
     this.group = [];
   }
 
+  /** At rest in this frame, to be changed in the panel. */
+  private holdVelocity(): void {
+    const { frame } = this.desk;
+    const held: ConstraintInit = {
+      frame,
+      nodes: this.group,
+      target: { case: "velocity", value: { x: 0, y: 0, z: 0 } },
+    };
+    this.desk.send([{ edit: { case: "add", value: { constraint: held } } }]);
+    this.group = [];
+  }
+
   /** Which nodes never move is a matter of the scene, not of an edit. */
   private fixGroup(): void {
     const fixed = this.group;
@@ -365,6 +377,7 @@ export class BodyWorkspace implements Workspace {
           "div",
           { class: "row" },
           button("Hold here", () => this.holdGroup()),
+          button("Hold its velocity", () => this.holdVelocity()),
           button("Fix (opens anew)", () => this.fixGroup()),
           button("Clear", () => this.select(null)),
         ),

@@ -60,7 +60,7 @@ export class SessionPage implements Desk {
     session.on("geometry", () => this.geometryChanged());
     session.on("motion", () => this.motionChanged());
     session.on("scene", () => this.sceneChanged());
-    session.on("others", ({ from, to }) => this.tellOthers(from, to));
+    session.on("others", ({ from, to, changes }) => this.tellOthers(from, to, changes));
     session.on("trouble", (error) => this.fail(error));
   }
 
@@ -221,12 +221,13 @@ export class SessionPage implements Desk {
     this.workspace?.show(frame);
   }
 
-  private tellOthers(from: bigint, to: bigint): void {
-    const what = from === to ? `revision ${to}` : `revisions ${from} to ${to}`;
+  private tellOthers(from: bigint, to: bigint, changes: string[]): void {
+    const revisions = from === to ? `revision ${to}` : `revisions ${from} to ${to}`;
+    const what = changes.length ? `${revisions}: ${changes.join(", ")}` : revisions;
     const time = new Date().toLocaleTimeString();
     if (this.people.firstElementChild?.classList.contains("quiet")) this.people.replaceChildren();
     this.people.prepend(el("li", {}, `${time}: somebody else made ${what}`));
     while (this.people.children.length > 20) this.people.lastElementChild?.remove();
-    this.notices.add("busy", `Somebody else edited: ${what}.`);
+    this.notices.add("busy", `Somebody else edited, ${what}.`);
   }
 }

@@ -14,6 +14,7 @@ import {
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
 import type { Streams } from "../wire/streams";
+import { describeChanges } from "./changes";
 import { History } from "./history";
 import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
@@ -29,7 +30,7 @@ export interface SessionEvents {
   scene: Scene;
   design: DesignInfo;
   /** Revisions that this page did not make. */
-  others: { from: bigint; to: bigint };
+  others: { from: bigint; to: bigint; changes: string[] };
   /** Something of the background work went wrong. */
   trouble: unknown;
   closed: { isServerStopped: boolean };
@@ -46,6 +47,9 @@ export interface SessionName {
 /** Frames of a request; motions are fetched in parts of this many numbers. */
 const FETCHED_NUMBERS = 8_000_000;
 const SCENE_DELAY_MS = 120;
+const KEPT_SCENES = 6;
+/** By then an edit of this page has its answer, and the scene of others' edits is here. */
+const OTHERS_DELAY_MS = 500;
 
 /** A session as this page holds it: status, scene, geometry and motion, kept up to date by its topics. */
 export class LiveSession {
@@ -63,6 +67,8 @@ export class LiveSession {
   private readonly handlers = new Map<string, Set<(value: never) => void>>();
   private readonly topics: string[];
   private queue: Promise<void> = Promise.resolve();
+  /** The newest few, to tell what others changed. */
+  private readonly scenes: { revision: bigint; scene: Scene }[] = [];
   private sceneTimer = 0;
   private sceneRevision = -1n;
   private isClosed = false;
@@ -196,7 +202,7 @@ export class LiveSession {
       let foreign = 0n;
       for (let at = from; at <= revision && at < from + 1000n; at++) if (!this.own.delete(at)) foreign = at;
       // Edits of this page are seen here before their answer, where the status is faster: look once more then.
-      if (isKnown && foreign) window.setTimeout(() => this.tellOthers(from, foreign), 300);
+      if (isKnown && foreign) window.setTimeout(() => this.tellOthers(from, foreign), OTHERS_DELAY_MS);
     }
     if (this.sceneRevision < this.revision) this.scheduleScene();
   }
@@ -204,7 +210,10 @@ export class LiveSession {
   private tellOthers(from: bigint, to: bigint): void {
     let foreign = false;
     for (let at = from; at <= to; at++) if (!this.own.delete(at)) foreign = true;
-    if (foreign) this.emit("others", { from, to });
+    if (!foreign) return;
+    const before = this.scenes.findLast(({ revision }) => revision < from)?.scene;
+    const changes = before && this.scene ? describeChanges(before, this.scene) : [];
+    this.emit("others", { from, to, changes });
   }
 
   private scheduleScene(): void {
@@ -226,6 +235,8 @@ export class LiveSession {
 
   private takeScene(scene: Scene, revision: bigint): void {
     this.scene = scene;
+    this.scenes.push({ revision, scene });
+    if (this.scenes.length > KEPT_SCENES) this.scenes.shift();
     this.sceneRevision = revision;
     this.emit("scene", scene);
   }
