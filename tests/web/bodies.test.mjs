@@ -182,6 +182,19 @@ test("a page that nobody sees takes no frames, and shows the newest when it is s
   assert.deepEqual(page.faults, []);
 });
 
+test("a page that misses messages of the stream catches up by itself", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  await page.evaluate(async () => {
+    const { session } = window.limber.opened;
+    session.takeFrames = async () => undefined; // Nothing that is streamed arrives from here on.
+    const target = { case: "displacement", value: { x: 0, y: 0.1, z: 0 } };
+    await session.edit([{ edit: { case: "add", value: { constraint: { frame: 90, nodes: [1336], target } } } }]);
+  });
+  await settle(page, 1);
+  assert.deepEqual(page.faults, []);
+});
+
 test("keys scrub and play at the scene's rate", async () => {
   const { page } = await flower();
   const frame = () => page.evaluate(() => window.limber.opened.frame);
