@@ -124,7 +124,8 @@ export async function settle(page, least = 0) {
         const isFinal = result?.converged && result.revision === session.revision && result.revision >= BigInt(least);
         const isHere =
           isFinal && session.motion.sequence === result.sequence && session.sceneRevision === session.revision;
-        return Boolean(isHere && session.motion.frames > 0);
+        const isShown = document.querySelector("main").dataset.shown === String(session?.motion.sequence);
+        return Boolean(isHere && isShown && session.motion.frames > 0);
       },
       least,
     );
@@ -244,4 +245,8 @@ export async function keepPicture(page, name) {
     await new Promise((resolve) => setTimeout(resolve, 1500));
   });
   await page.screenshot({ path: join(PICTURES, `${name}.png`) });
+  await page.evaluate(() => {
+    window.limber.opened?.stage.renderer.setPixelRatio(1);
+    window.limber.opened?.stage.resize();
+  });
 }

@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
-import { button, el } from "../controls/dom";
+import { button, el, picker } from "../controls/dom";
 import { NewestWins } from "../session/newest";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
@@ -71,6 +71,7 @@ export class BodyWorkspace implements Workspace {
     if (!geometry) return null;
     const box = this.surface.setGeometry(geometry);
     this.extent = box[0].distanceTo(box[1]);
+    this.drawSelection();
     return box;
   }
 
@@ -400,6 +401,7 @@ export class BodyWorkspace implements Workspace {
     };
     this.selectionBody.replaceChildren(
       ...content,
+      picker("Node", this.surface.basis?.nodes ?? 1, (node) => this.noteNodes([node])),
       this.constraints.length ? list : el("p", { class: "quiet" }, "None yet: drag a point of the body."),
       el("label", { class: "field" }, el("span", {}, "Show trajectories"), traces),
     );

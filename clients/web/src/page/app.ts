@@ -90,8 +90,8 @@ export class App {
     this.showHome();
     const name = decodeURIComponent(location.hash.slice(1));
     try {
-      this.home.setSamples((await this.connection.call("getSample", {})).names);
-      await this.listSessions(name);
+      const [{ names }] = await Promise.all([this.connection.call("getSample", {}), this.listSessions(name)]);
+      this.home.setSamples(names);
     } catch (error) {
       this.fail(error);
     }

@@ -46,7 +46,10 @@ export interface SessionName {
 
 /** Frames of a request; motions are fetched in parts of this many numbers. */
 const FETCHED_NUMBERS = 8_000_000;
+/** Motions up to this many frames come in one message, whatever their size. */
+const UNPROBED_FRAMES = 8192;
 const SCENE_DELAY_MS = 120;
+const BEHIND_MS = 800;
 const KEPT_SCENES = 6;
 /** By then an edit of this page has its answer, and the scene of others' edits is here. */
 const OTHERS_DELAY_MS = 500;
@@ -70,6 +73,7 @@ export class LiveSession {
   /** The newest few, to tell what others changed. */
   private readonly scenes: { revision: bigint; scene: Scene }[] = [];
   private sceneTimer = 0;
+  private behindTimer = 0;
   private sceneRevision = -1n;
   private isClosed = false;
 
@@ -148,6 +152,7 @@ export class LiveSession {
   close(): void {
     this.isClosed = true;
     window.clearTimeout(this.sceneTimer);
+    window.clearTimeout(this.behindTimer);
     for (const topic of this.topics) this.streams.unsubscribe(topic);
     this.handlers.clear();
   }
@@ -246,13 +251,18 @@ export class LiveSession {
       this.emit("closed", { isServerStopped: status.serverStopped });
       return;
     }
-    const wasReady = this.isReady;
     this.see(status.revision);
     this.status = status;
     this.emit("status", status);
     if (status.result) this.takeResult(status.result);
-    const isBehind = status.result && status.result.sequence > this.motion.sequence;
-    if (isBehind && (!wasReady || this.motion.frames === 0)) this.enqueue(() => this.catchUp(status));
+    if (this.isBehind && this.motion.frames === 0) this.enqueue(() => this.catchUp());
+    else if (this.isBehind && !this.behindTimer) {
+      // Frames are a little behind the status; where they do not come, a message was missed.
+      this.behindTimer = window.setTimeout(() => {
+        this.behindTimer = 0;
+        this.enqueue(() => this.catchUp());
+      }, BEHIND_MS);
+    }
   }
 
   private takeDesign(design: DesignInfo): void {
@@ -266,8 +276,13 @@ export class LiveSession {
     this.emit("result", result);
   }
 
-  private async catchUp(status: SessionStatus): Promise<void> {
-    if ((status.result?.sequence ?? 0n) > this.motion.sequence) await this.fetchMotion();
+  /** The newest result is not the one whose motion is here. */
+  private get isBehind(): boolean {
+    return (this.status?.result?.sequence ?? 0n) > this.motion.sequence;
+  }
+
+  private async catchUp(): Promise<void> {
+    if (this.isBehind) await this.fetchMotion();
   }
 
   private async takeFrames(frames: Frames): Promise<void> {
@@ -289,11 +304,13 @@ export class LiveSession {
   private async fetchMotion(): Promise<void> {
     const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
     for (;;) {
-      const probe = await this.connection.call("getFrames", { ...wanted, firstFrame: 0, frameCount: 1 });
-      if (!probe.frames) return;
-      const numbers = (probe.frames.data?.data.byteLength ?? 4) / 4;
-      const step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
       const total = this.kind === "bodies" ? (this.status?.frames ?? 1) : 0;
+      let step = total;
+      if (total > UNPROBED_FRAMES) {
+        const probe = await this.connection.call("getFrames", { ...wanted, firstFrame: 0, frameCount: 1 });
+        const numbers = (probe.frames?.data?.data.byteLength ?? 4) / 4;
+        step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
+      }
       const parts: Frames[] = [];
       let at = 0;
       do {
