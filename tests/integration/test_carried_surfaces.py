@@ -158,3 +158,12 @@ def test_every_vertex_of_a_public_surface_keeps_its_place(server, tmp_path):
         session.export(tmp_path, ("surface",), stem="spot")
         assert (tmp_path / "spot_detail.obj").read_bytes() == SPOT.read_bytes()
         assert read_pc2(tmp_path / "spot_detail.pc2").shape == (120, 2930, 3)
+
+
+@pytest.mark.parametrize("name", ["..", "../x.mtl", "kept.vtu", ".mtl", ""])
+def test_a_companion_that_is_no_material_file_is_refused(server, box, name):
+    scene = limber.scene_from_mesh(_tets(server, box), frames=30, surface=box)
+    scene.surface.file.companions[name] = b"x"
+    with pytest.raises(limber.LimberError) as refused:
+        server.open(scene)
+    assert refused.value.field == "scene.surface.file.companions"

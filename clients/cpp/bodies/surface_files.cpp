@@ -13,6 +13,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string lower_ending(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
 /// Material files that the lines "mtllib NAME" of an .obj name.
 std::vector<std::string> material_libraries(const std::string& obj) {
   constexpr const char* kKeyword = "mtllib";
@@ -34,14 +41,11 @@ v1::MeshFile surface_file(const fs::path& path, const std::string& field) {
   v1::MeshFile file;
   file.set_name(path.filename().string());
   file.set_content(read_bytes(path, field));
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (ending != ".obj") return file;
+  if (lower_ending(path) != ".obj") return file;
   for (const std::string& name : material_libraries(file.content())) {
     std::error_code ignored;
     const fs::path beside = path.parent_path() / fs::path(name).filename();
-    if (fs::is_regular_file(beside, ignored))
+    if (lower_ending(beside) == ".mtl" && fs::is_regular_file(beside, ignored))
       (*file.mutable_companions())[beside.filename().string()] = read_bytes(beside, field);
   }
   return file;

@@ -46,6 +46,23 @@ std::string surface_ending(const std::string& name) {
   return formats::to_lower(std::filesystem::path(name).extension().string());
 }
 
+std::vector<std::string> material_libraries(std::string_view obj) {
+  constexpr std::string_view kKeyword = "mtllib";
+  std::vector<std::string> names;
+  while (!obj.empty()) {
+    const std::string_view line = obj.substr(0, obj.find('\n'));
+    obj.remove_prefix(std::min(obj.size(), line.size() + 1));
+    if (!line.starts_with(kKeyword)) continue;
+    const std::size_t begin = line.find_first_not_of(" \t", kKeyword.size());
+    if (begin == std::string_view::npos || begin == kKeyword.size()) continue;
+    const std::size_t end = line.find_last_not_of(" \t\r");
+    std::string name =
+        std::filesystem::path(line.substr(begin, end + 1 - begin)).filename().string();
+    if (surface_ending(name) == ".mtl") names.push_back(std::move(name));
+  }
+  return names;
+}
+
 TriangleSurface read_surface(const std::string& name, std::string_view content) {
   const std::string ending = surface_ending(name);
   if (content.substr(0, 3) == "\xEF\xBB\xBF") content.remove_prefix(3);  // byte order mark

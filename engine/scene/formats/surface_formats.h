@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/scene/triangle_surface.h"
 
@@ -20,6 +21,9 @@ namespace limber::scene {
 
 /// With its dot, in lower case.
 [[nodiscard]] std::string surface_ending(const std::string& name);
+
+/// Material files that the lines "mtllib NAME" of an .obj name, without folders; .mtl files alone.
+[[nodiscard]] std::vector<std::string> material_libraries(std::string_view obj);
 
 /// Wavefront .obj text of a surface, vertices in their order (so that a .pc2 of the same nodes
 /// fits), numbers that read back to the same float64.

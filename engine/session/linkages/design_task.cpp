@@ -124,7 +124,7 @@ void demand_unloaded(const scene::LinkageConditions& conditions) {
 void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag) {
   const auto [shape, newest] = read([this] {
     demand_model();
-    return std::pair{shape_, final_};
+    return std::pair{final_ ? final_->shape : nullptr, final_};
   });
   if (!newest) {
     throw Error(ErrorCode::kFailedPrecondition, "",
@@ -158,7 +158,7 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
 void LinkageSession::Impl::change_design(const DesignChange& change) {
   const std::lock_guard lock(mutex_);
   Eigen::Matrix3Xd joints(3, 0);
-  if (newest_) joints = shape_->joints(newest_->frames->rightCols<1>());
+  if (newest_) joints = newest_->shape->joints(newest_->frames->rightCols<1>());
   design_.change(change, joints);
 }
 

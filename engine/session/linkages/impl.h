@@ -108,7 +108,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   [[nodiscard]] LinkageGeometry describe() const;
   [[nodiscard]] ShapeFinding examine(const std::shared_ptr<const LinkageResult>& result,
                                      const JobContext& job);
-  void adopt(Refinement& refinement, const std::shared_ptr<const LinkageResult>& coarse);
+  [[nodiscard]] bool adopt(Refinement& refinement, const LinkageResult& coarse);
   [[nodiscard]] std::shared_ptr<LinkageResult> final_of(LiveLinkage::Outcome outcome);
   void finish(const Round& round, LiveLinkage::Outcome outcome);
   void publish_iterate(const Round& round);
@@ -145,10 +145,11 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   Conditions designed_;  // that the newest design was made under
   ShapeChecks check_;    // of final results
 
-  std::unique_ptr<LiveLinkage> live_;               // the task's
-  EndedDesigns ended_;                              // the task's
-  std::unique_ptr<ShapeChecker> checker_;           // the check's task's
-  std::shared_ptr<const LinkageGeometry> checked_;  // the same: what checker_ is of
+  std::unique_ptr<LiveLinkage> live_;                          // the task's
+  EndedDesigns ended_;                                         // the task's
+  std::unique_ptr<ShapeChecker> checker_;                      // the check's task's
+  std::weak_ptr<const scene::LinkageConditions> not_refined_;  // the same: tried in vain
+  std::shared_ptr<const LinkageGeometry> checked_;             // the same: what checker_ is of
 };
 
 }  // namespace limber::session

@@ -66,7 +66,8 @@ class LiveLinkage {
   /// has one; where there is no equilibrium near that, with the drawing, and the message says so.
   /// Conditions that were solved before, the very same object as undo brings them back, are not
   /// solved again: the outcome is the one they had then, in every digit of its shape and report (no
-  /// steps were made, and no path). Cancelled solves have none.
+  /// steps were made, and no path). Cancelled solves have none, and another LiveLinkage, such as
+  /// one of more edges, knows none of them.
   /// @pre there are conditions
   /// @param origins  where undo or redo led here: the conditions before these in the history, the
   /// nearest first. Conditions that were not solved then, because later edits came sooner, begin

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "engine/session/linkages/edge_choice.h"
@@ -13,21 +14,75 @@ namespace limber::session {
 namespace {
 
 constexpr int kRounds = 3;
-/// Joints farther apart than so many times the estimated error of the given edges are of another
-/// equilibrium.
-constexpr double kSameBranch = 3;
+/// Shapes farther apart than so many times the estimated error of the given edges are of other
+/// equilibria, and so are those farther apart than a share of the size, whatever the estimate.
+constexpr double kSameBranch = 3, kMostShare = 0.1;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
       .count();
 }
 
-/// Largest distance of a joint between two shapes.
-double joint_distance(const LiveLinkage& fine, const LinkageResult& coarse) {
-  const Eigen::Matrix3Xd before = coarse.shape->joints(coarse.frames->rightCols<1>());
-  const Eigen::Matrix3Xd now =
-      fine.shape().joints(fine.shape().coordinates(fine.model(), fine.state()));
-  return before.cols() > 0 ? (now - before).colwise().norm().maxCoeff() : 0;
+/// A segment's vertices and how far each is along it.
+struct Line {
+  Eigen::Matrix3Xf vertices;
+  Eigen::VectorXf along;
+  float from = 0, to = 0;  // its joints, at the middle of the edge that ends there, or free ends
+
+  Line(const float* numbers, int edges, int first_joint, int last_joint)
+      : vertices(Eigen::Map<const Eigen::Matrix3Xf>(numbers, 3, edges + 1)),
+        along(Eigen::VectorXf::Zero(edges + 1)) {
+    for (Eigen::Index v = 0; v < edges; ++v)
+      along[v + 1] = along[v] + (vertices.col(v + 1) - vertices.col(v)).norm();
+    from = first_joint >= 0 ? along[1] / 2 : 0;
+    to = last_joint >= 0 ? (along[edges - 1] + along[edges]) / 2 : along[edges];
+  }
+
+  [[nodiscard]] float share_of(float length) const { return (length - from) / (to - from); }
+  [[nodiscard]] Eigen::Vector3f point_at(float share) const {
+    const float length = from + share * (to - from);
+    Eigen::Index edge = 0;
+    while (edge + 2 < along.size() && along[edge + 1] < length) ++edge;
+    const float part = (length - along[edge]) / (along[edge + 1] - along[edge]);
+    return (1 - part) * vertices.col(edge) + part * vertices.col(edge + 1);
+  }
+};
+
+/// How far chords of the edges are from the curve through a polyline's vertices, at most about.
+double chord_height(const Eigen::Ref<const Eigen::Matrix3Xf>& vertices) {
+  float largest = 0;
+  for (Eigen::Index v = 1; v + 1 < vertices.cols(); ++v) {
+    largest = std::max(
+        largest, (vertices.col(v - 1) - 2 * vertices.col(v) + vertices.col(v + 1)).squaredNorm());
+  }
+  return std::sqrt(static_cast<double>(largest)) / 8;
+}
+
+/// Largest distance between points of the same material, the coarse shape's vertices, beyond what
+/// chords of the fine shape may be off there.
+double distance_between(const LiveLinkage& fine, const LinkageResult& coarse) {
+  const Eigen::VectorXf now = fine.shape().coordinates(fine.model(), fine.state());
+  const Eigen::VectorXf before = coarse.frames->rightCols<1>();
+  const LinkageGeometry& geometry = *coarse.geometry;
+  double largest = 0;
+  Eigen::Index at_before = 0, at_now = 0;
+  for (std::size_t s = 0; s < geometry.edges.size(); ++s) {
+    const int edges = geometry.edges[s];
+    const int fine_edges = fine.model().variables().edges(static_cast<int>(s));
+    const auto joints = geometry.joints_of_segment.col(static_cast<Eigen::Index>(s));
+    const Line line(before.data() + at_before, edges, joints[0], joints[1]);
+    const Line fine_line(now.data() + at_now, fine_edges, joints[0], joints[1]);
+    const double chords = chord_height(line.vertices);
+    for (Eigen::Index vertex = 0; vertex <= edges; ++vertex) {
+      // What reaches beyond a joint is half an edge, and so is of another length.
+      const float share = line.share_of(std::clamp(line.along[vertex], line.from, line.to));
+      const double apart = (fine_line.point_at(share) - line.point_at(share)).norm();
+      largest = std::max(largest, apart - chords);
+    }
+    at_before += 6 * Eigen::Index{edges} + 3;
+    at_now += 6 * Eigen::Index{fine_edges} + 3;
+  }
+  return largest;
 }
 
 }  // namespace
@@ -51,7 +106,8 @@ Refinement refine(scene::Linkage linkage, const LinkageResult& coarse, const Sha
                                     linkage.edges_per_segment, outcome.report.message);
       return refined;
     }
-    if (joint_distance(*live, coarse) > kSameBranch * found.error.max_distance) {
+    if (distance_between(*live, coarse) >
+        std::min(kSameBranch * found.error.max_distance, kMostShare * found.size)) {
       refined.failure =
           fmt::format("With {} edges per segment the conditions lead to another equilibrium.",
                       linkage.edges_per_segment);

@@ -8,6 +8,15 @@
 #include "engine/session/linkages/impl.h"
 
 namespace limber::session {
+namespace {
+
+void add_remark(LinkageResult& result, const std::string& remark) {
+  if (remark.empty()) return;
+  std::string& message = result.report.message;
+  message += (message.empty() ? "" : "; ") + remark;
+}
+
+}  // namespace
 
 std::string LinkageSession::Impl::build(const JobContext& job) {
   report_progress("linkage", 0);
@@ -76,38 +85,48 @@ LinkageSession::Impl::ShapeFinding LinkageSession::Impl::examine(
   ShapeFinding finding{checker_->check(*result, job), nullptr};
   const ShapeCheck& check = finding.check;
   if (check.within_tolerance() || !check.error.is_known() || !may_refine()) return finding;
+  if (not_refined_.lock() == result->requested) return finding;  // tried before
   finding.refinement = std::make_shared<Refinement>(
       refine(linkage_, *result, check, read([this] { return edges_per_segment_; }),
              most_chosen_edges_, job));
+  if (!finding.refinement->live) not_refined_ = result->requested;
   return finding;
 }
 
-/// The session goes on with more edges: what is edited from here on begins in their equilibrium.
-void LinkageSession::Impl::adopt(Refinement& refinement,
-                                 const std::shared_ptr<const LinkageResult>& coarse) {
+/// The session continues with more edges: what is edited from here on begins in their equilibrium.
+/// @returns false where it has moved on, or has numbers of single edges by now
+bool LinkageSession::Impl::adopt(Refinement& refinement, const LinkageResult& coarse) {
   auto rules = rules_for(refinement.edges);
-  const int before = read([this] { return edges_per_segment_; });
-  live_ = std::move(refinement.live);
-  auto geometry = std::make_shared<const LinkageGeometry>(describe());
-  {
-    const std::lock_guard lock(mutex_);
-    edges_per_segment_ = refinement.edges;
-    geometry_ = std::move(geometry);
-    shape_ = std::make_shared<const LinkageShape>(live_->shape());
-    rules_->store(std::move(rules));
-  }
-  std::shared_ptr<LinkageResult> result = final_of(std::move(refinement.outcome));
-  result->requested = coarse->requested;
-  result->revision = coarse->revision;
-  result->since_edit_ms = coarse->since_edit_ms;
+  std::swap(live_, refinement.live);
+  auto result = final_of(std::move(refinement.outcome));
+  result->geometry = std::make_shared<const LinkageGeometry>(describe());
+  result->shape = std::make_shared<const LinkageShape>(live_->shape());
+  result->requested = coarse.requested;
+  result->revision = coarse.revision;
+  result->since_edit_ms = coarse.since_edit_ms;
   result->check = Check::kDone;
   result->shape_check = std::make_shared<const ShapeCheck>(refinement.check);
-  std::string& message = result->report.message;
-  message += fmt::format("{}{} edges per segment in place of {}, for the tolerance",
-                         message.empty() ? "" : "; ", refinement.edges, before);
-  const std::string remark = describe_shape(refinement.check);
-  if (!remark.empty()) message += "; " + remark;
-  publish(std::move(result));
+  add_remark(*result, fmt::format("{} edges per segment in place of {}, for the tolerance",
+                                  refinement.edges, read([this] { return edges_per_segment_; })));
+  add_remark(*result, describe_shape(refinement.check));
+  SharedResult older, older_final;
+  {
+    const std::lock_guard no_edit(edits_);  // none was prepared by the rules of before
+    const std::lock_guard lock(mutex_);
+    const bool is_needed =
+        !task_.is_closed() && !has_work_ && !has_named_edges_ && design_.info() == nullptr;
+    if (!is_needed) {
+      std::swap(live_, refinement.live);
+      return false;
+    }
+    edges_per_segment_ = refinement.edges;
+    geometry_ = result->geometry;
+    shape_ = result->shape;
+    rules_->store(std::move(rules));
+    set_newest(result, older, older_final);
+  }
+  notify(listener_.get(), [&](Listener<LinkageResult>& listener) { listener.on_result(result); });
+  return true;
 }
 
 /// Called with the lock.
@@ -123,12 +142,10 @@ void LinkageSession::Impl::amend(const ShapeFound& found) {
   result->check_failure = found.failure;
   if (found.finding) {
     const std::shared_ptr<Refinement>& refinement = found.finding->refinement;
-    if (refinement && refinement->live) return adopt(*refinement, found.result);
+    if (refinement && refinement->live && adopt(*refinement, *found.result)) return;
     result->shape_check = std::make_shared<const ShapeCheck>(found.finding->check);
-    std::string remark = describe_shape(found.finding->check);
-    if (refinement && !refinement->failure.empty()) remark += " " + refinement->failure;
-    std::string& message = result->report.message;
-    if (!remark.empty()) message += (message.empty() ? "" : "; ") + remark;
+    add_remark(*result, describe_shape(found.finding->check));
+    if (refinement) add_remark(*result, refinement->failure);
   }
   publish(std::move(result));
 }

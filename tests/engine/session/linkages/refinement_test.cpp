@@ -119,16 +119,29 @@ TEST(Refinement, AnEditThatComesEarlierInterruptsIt) {
   EXPECT_FALSE(live.recorder->has_gap());
 }
 
+/// Segments between joints that lie where they did, as where one has buckled to the other side.
 TEST(Refinement, AShapeOnAnotherBranchIsNotTaken) {
   const scene::Linkage linkage = tolerant(1e-5);
   LiveSession live(linkage);
   const auto opened = live.recorder->wait_checked(0);
   ASSERT_TRUE(opened && opened->shape_check);
-  LinkageResult elsewhere = *opened;
-  elsewhere.frames = std::make_shared<const Eigen::MatrixXf>(1.1F * *opened->frames);
   ShapeCheck found = *opened->shape_check;
   found.error.max_distance = 1e-3 * found.size;
-  const Refinement refined = refine(linkage, elsewhere, found, 3, 60);
+  const int edges = live.session.linkage().edges_per_segment;
+  EXPECT_TRUE(refine(linkage, *opened, found, edges, 60).live) << "its own branch is found";
+
+  Eigen::MatrixXf frames = *opened->frames;
+  Eigen::Index at = 0;
+  for (const int of_segment : opened->geometry->edges) {
+    if (of_segment >= 4)
+      frames.block(at + 3 * Eigen::Index{of_segment / 2}, frames.cols() - 1, 3, 1).array() +=
+          static_cast<float>(0.02 * found.size);
+    at += 6 * Eigen::Index{of_segment} + 3;
+  }
+  LinkageResult elsewhere = *opened;
+  elsewhere.frames = std::make_shared<const Eigen::MatrixXf>(frames);
+  ASSERT_LT(distance(elsewhere, *opened), 1e-9);
+  const Refinement refined = refine(linkage, elsewhere, found, edges, 60);
   EXPECT_FALSE(refined.live);
   EXPECT_NE(refined.failure.find("another equilibrium"), std::string::npos);
 }
