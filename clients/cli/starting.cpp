@@ -48,15 +48,7 @@ std::string log_name(const std::string& endpoint) {
 }
 
 std::string default_log(const std::string& endpoint) {
-  const char* state = std::getenv("XDG_STATE_HOME");
-  const char* home = std::getenv("HOME");
-  fs::path folder = state != nullptr && *state != 0 ? fs::path(state)
-                    : home != nullptr && *home != 0 ? fs::path(home) / ".local" / "state"
-                                                    : fs::temp_directory_path();
-  folder /= "limber";
-  std::error_code ignored;
-  fs::create_directories(folder, ignored);
-  return (folder / log_name(endpoint)).string();
+  return (state_folder() / log_name(endpoint)).string();
 }
 
 /// Starts a program in a session of its own, its output appended to a file.
@@ -122,6 +114,18 @@ std::uintmax_t size_of(const std::string& file) {
 }
 
 }  // namespace
+
+std::filesystem::path state_folder() {
+  const char* state = std::getenv("XDG_STATE_HOME");
+  const char* home = std::getenv("HOME");
+  fs::path folder = state != nullptr && *state != 0 ? fs::path(state)
+                    : home != nullptr && *home != 0 ? fs::path(home) / ".local" / "state"
+                                                    : fs::temp_directory_path();
+  folder /= "limber";
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  return folder;
+}
 
 bool hands_over(const StartOptions& options, const std::string& name) {
   return std::any_of(options.more.begin(), options.more.end(), [&](const std::string& word) {

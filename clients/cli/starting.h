@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ struct StartOptions {
   double wait_s = 20;
   std::vector<std::string> more;  // options of limberd
 };
+
+/// Where what outlasts a server is kept: $XDG_STATE_HOME/limber, or ~/.local/state/limber. Made if
+/// it is not there.
+[[nodiscard]] std::filesystem::path state_folder();
 
 /// Whether one of limberd's options is among those handed over, as `--name X` or `--name=X`.
 [[nodiscard]] bool hands_over(const StartOptions& options, const std::string& name);

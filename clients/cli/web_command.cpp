@@ -6,7 +6,10 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdlib>
+#include <iterator>
+#include <random>
 
 #include "clients/cli/context.h"
 #include "clients/cli/starting.h"
@@ -67,8 +70,29 @@ bool open_in_browser(const std::string& url) {
          WEXITSTATUS(status) == 0;
 }
 
+/// A token that outlasts the server: open pages come back to one that is started anew. Readable by
+/// its owner alone. Empty where it cannot be kept.
+std::string kept_token_file() {
+  const std::string file = (state_folder() / "web-token").string();
+  const int made = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (made < 0) return errno == EEXIST ? file : std::string();
+  std::random_device random;  // of the operating system
+  std::string token;
+  for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", random());
+  token += '\n';
+  const bool written = ::write(made, token.data(), token.size()) == std::ssize(token);
+  ::close(made);
+  if (!written) ::unlink(file.c_str());
+  return written ? file : std::string();
+}
+
 void show_page(Context& context, WebOptions options) {
+  const bool has_more = !options.start.more.empty();
   if (!hands_over(options.start, "--web")) options.start.more.emplace_back("--web");
+  if (!hands_over(options.start, "--web-token-file")) {
+    if (const std::string file = kept_token_file(); !file.empty())
+      options.start.more.insert(options.start.more.end(), {"--web-token-file", file});
+  }
   v1::GetServerInfoResponse info;
   const Start start = start_server(context, options.start, info);
   if (info.web().empty() || info.web_token().empty())
@@ -78,7 +102,7 @@ void show_page(Context& context, WebOptions options) {
             "the limberd at {} serves no pages: it was started without --web. `limber stop` "
             "ends it with its sessions; `limber web` then starts one that does",
             context.endpoint));
-  if (start == Start::kRunsAlready && options.start.more.size() > 1)
+  if (start == Start::kRunsAlready && has_more)
     fmt::print(stderr, "note: a server runs already; the options after -- are not applied\n");
   const std::string url = fmt::format("{}/?token={}", reachable(info.web()), info.web_token());
   if (context.json) {
