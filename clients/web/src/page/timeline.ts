@@ -6,6 +6,7 @@ export class Timeline {
   readonly element: HTMLElement;
   frame = 0;
   private frames = 1;
+  private isFirst = true;
   private rate = 30;
   private started = 0;
   private startFrame = 0;
@@ -56,7 +57,10 @@ export class Timeline {
     this.slider.setAttribute("aria-label", name);
     this.play.disabled = this.frames < 2;
     if (isAtEnd && wasLast && !this.isPlaying) this.goTo(this.frames - 1);
+    // Motions open in the middle: their ends are mostly held, and nothing can be dragged there.
+    else if (!isAtEnd && this.isFirst && this.frames > 1) this.goTo(Math.floor(this.frames / 2));
     else if (this.frame > this.frames - 1) this.goTo(this.frames - 1);
+    this.isFirst = this.isFirst && this.frames < 2;
     this.write();
   }
 
