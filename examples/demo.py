@@ -1,34 +1,76 @@
 #!/usr/bin/env python3
 """Opens the sample flower, drags its top through space and time, and prints how fast the motion follows.
 
-Starts a limberd of its own on free ports of 127.0.0.1 and stops it at the end, also after an error.
+Starts a limberd of its own on 127.0.0.1, whose page shows the flower and lets it be dragged on. In a terminal the page stays
+until Ctrl-C. limberd is stopped at the end, also after an error.
 """
 
 import argparse
 import pathlib
 import signal
+import socket
 import sys
 import time
+import webbrowser
 
 import limber
 
 PATIENCE = 60.0  # for one edit to converge [s]
+PAGE_PORT = 8080  # where it is free
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", default="out/demo", help="folder for the frames (default: %(default)s)")
     parser.add_argument("--sample", default="flower", help="scene to edit (default: %(default)s)")
+    parser.add_argument("--open", action="store_true", help="open the page in a browser at the end")
+    wait = parser.add_mutually_exclusive_group()
+    wait.add_argument("--wait", action="store_true", default=None, help="keep the page until Ctrl-C (default: in a terminal)")
+    wait.add_argument("--no-wait", dest="wait", action="store_false", help="end when the table is printed")
     arguments = parser.parse_args()
+    is_kept = sys.stdin.isatty() and sys.stdout.isatty() if arguments.wait is None else arguments.wait
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the server is stopped then, too
-    with limber.launch(transport="tcp") as server:
+    with limber.launch(transport="tcp", arguments=("--web", page_address())) as server:
         print(f"limberd {server.info().server_version} answers at {server.connection.endpoint}")
-        run(server, arguments.sample, pathlib.Path(arguments.out))
+        session = run(server, arguments.sample, pathlib.Path(arguments.out))
         fit(server, arguments.sample)
+        show_page(server, session, arguments.open, is_kept)
     return 0
 
 
-def run(server: limber.Server, sample: str, out: pathlib.Path) -> None:
+def page_address() -> str:
+    """127.0.0.1:8080, or any free port where that is taken."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", PAGE_PORT))
+        except OSError:
+            return "127.0.0.1:0"
+    return f"127.0.0.1:{PAGE_PORT}"
+
+
+def show_page(server: limber.Server, session: limber.Session, is_opened: bool, is_kept: bool) -> None:
+    """Prints where a person drags on what the demo has dragged so far."""
+    info = server.info()
+    url = f"{info.web}/?token={info.web_token}&session={session.id}"
+    if not is_kept:
+        print(f"\nThe page was at {info.web}; --wait keeps it.")
+        return
+    if not info.web.endswith(f":{PAGE_PORT}"):
+        print(f"\nPort {PAGE_PORT} is taken by another program: the page is at another one.")
+    print(f"\nDrag a point of it in a browser:\n\n    {url}\n\nCtrl-C ends limberd and the page.", flush=True)
+    if is_opened and not webbrowser.open(url):
+        print("No browser could be opened here: open the address yourself.", flush=True)
+    try:
+        while server.process.poll() is None:
+            time.sleep(0.5)
+    except KeyboardInterrupt:
+        print("\ndemo: limberd and its page have ended")
+        return
+    sys.exit(f"demo: limberd ended by itself: {server.log.strip()}")
+
+
+def run(server: limber.Server, sample: str, out: pathlib.Path) -> limber.Session:
     scene = server.sample(sample)
     node = scene.constraints[0].nodes[0]  # the point that the sample's own constraints lead
     del scene.constraints[:]
@@ -53,6 +95,7 @@ def run(server: limber.Server, sample: str, out: pathlib.Path) -> None:
           f"  {pvd}  ParaView: open it, press Apply, play\n"
           f"  {obj}  Blender: import it with Forward = Y, Up = Z, vertex order kept (Split off); then add a Mesh Cache\n"
           f"  {pc2}  modifier with this file, format PC2, Forward = Y, Up = Z")
+    return session
 
 
 def fit(server: limber.Server, sample: str) -> None:
@@ -128,3 +171,5 @@ if __name__ == "__main__":
         sys.exit(main())
     except limber.LimberError as error:
         sys.exit(f"demo: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -3,8 +3,11 @@
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
+import urllib.error
+import urllib.request
 
 import pytest
 from conftest import ROOT
@@ -71,6 +74,30 @@ def test_demo_prints_its_table_and_leaves_frames(limberd, cache_dir, tmp_path):
         assert 0 < acknowledged and 0 < first <= final and error >= 0
         assert total == pytest.approx(forces + constraints, rel=6e-3)  # three digits of each are printed
     assert (tmp_path / "out/motion.pvd").is_file() and (tmp_path / "out/motion_surface.pc2").is_file()
+    assert not list(left_behind(tmp_path))
+
+
+@pytest.mark.timeout(150)
+def test_demo_keeps_its_page_until_it_is_interrupted(limberd, cache_dir, tmp_path):
+    with subprocess.Popen([sys.executable, ROOT / "examples" / "demo.py", "--out", tmp_path / "out", "--wait"], cwd=tmp_path,
+                          env=dict(os.environ, XDG_CACHE_HOME=str(cache_dir)), stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as demo:
+        try:
+            for line in demo.stdout:
+                if found := re.search(r"^ +(http://127\.0\.0\.1:\d+)/\?token=([0-9a-f]{32})&session=\S+$", line):
+                    break
+            else:
+                pytest.fail(demo.stderr.read())
+            with urllib.request.urlopen(found[1]) as answer:
+                assert answer.status == 200
+            with pytest.raises(urllib.error.HTTPError) as refused:  # with a wrong token: 401
+                urllib.request.urlopen(f"{found[1]}/v1/requests?token={found[2]}")
+            assert refused.value.code == 426
+            demo.send_signal(signal.SIGINT)
+            rest, errors = demo.communicate(timeout=30)
+        finally:
+            demo.kill()
+    assert (demo.returncode, errors) == (0, "") and "have ended" in rest
     assert not list(left_behind(tmp_path))
 
 

@@ -56,6 +56,14 @@ test("a result in two parts is whole with the last", () => {
   assert.deepEqual([...motion.data], [5, 1, 2, 6]);
 });
 
+test("a motion that is begun again before it was whole is taken from its first part", () => {
+  const motion = new MotionBuffer();
+  assert.equal(motion.take(changes({ sequence: 3, base: 0, values: [[9], [9]], more: true })), "written");
+  assert.equal(motion.take(changes({ sequence: 3, base: 0, values: [[0], [1]], more: true })), "written");
+  assert.equal(motion.take(changes({ sequence: 3, base: 0, first: 2, values: [[2], [3]], part: 1 })), "whole");
+  assert.deepEqual([...motion.data], [0, 1, 2, 3]);
+});
+
 test("a missed part or another base asks for the whole motion", () => {
   const motion = new MotionBuffer();
   motion.take(changes(whole));

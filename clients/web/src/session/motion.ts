@@ -37,7 +37,9 @@ export class MotionBuffer {
       return "written";
     }
     if (sequence <= this.sequence) return "nothing";
-    if (changes.part !== (sequence === this.begun ? this.parts : 0)) return "fetch";
+    // A motion that waits for this page is begun once more when another page joins.
+    const isBegun = changes.part === 0 && changes.baseSequence === 0n;
+    if (!isBegun && changes.part !== (sequence === this.begun ? this.parts : 0)) return "fetch";
     if (changes.part === 0 && (changes.baseSequence !== this.sequence || this.sequence === 0n)) {
       if (changes.baseSequence !== 0n) return "fetch";
       this.begin(message, changes.motionFrames);
