@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import {
+  EditResponseSchema,
   type Frames,
   FramesSchema,
   GetGeometryResponseSchema,
@@ -26,7 +27,7 @@ interface EditRequest {
 /** A session whose edits are answered by `edit`. */
 function session(edit: (request: EditRequest) => Promise<{ revision: bigint }>): LiveSession {
   const call = async (kind: string, value: unknown): Promise<unknown> =>
-    kind === "edit" ? edit(value as EditRequest) : {};
+    kind === "edit" ? create(EditResponseSchema, await edit(value as EditRequest)) : {};
   const connection = { call } as unknown as Connection;
   const streams = { subscribe: () => undefined, unsubscribe: () => undefined } as unknown as Streams;
   return new LiveSession(connection, streams, { session: "s", uid: 1n });

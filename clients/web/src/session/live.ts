@@ -1,6 +1,6 @@
-import type { MessageInitShape } from "@bufbuild/protobuf";
+import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import type { DesignInfo } from "../../gen/limber/v1/design_pb";
-import type { Scene } from "../../gen/limber/v1/scene_pb";
+import { type Keyframe, KeyframeSchema, type Scene } from "../../gen/limber/v1/scene_pb";
 import {
   type EditResponse,
   type EditSchema,
@@ -19,6 +19,7 @@ import { completed } from "./geometry";
 import { History } from "./history";
 import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
+import { posesOf, restored } from "./restore";
 import { wholeMotion } from "./whole_motion";
 
 export type EditInit = MessageInitShape<typeof EditSchema>;
@@ -65,6 +66,9 @@ export class LiveSession {
   /** Newest revision that this page knows of. */
   revision = 0n;
   private readonly own = new Set<bigint>();
+  /** Of keyframes: those of the scene as opened by this page, and those that this page added. */
+  private readonly poses = new Map<bigint, Keyframe["pose"]>();
+  private hasBaseMotion = false;
   private readonly handlers = new Map<string, Set<(value: never) => void>>();
   private readonly topics: string[];
   private queue: Promise<void> = Promise.resolve();
@@ -82,6 +86,8 @@ export class LiveSession {
     readonly connection: Connection,
     private readonly streams: Streams,
     readonly name: SessionName,
+    /** The scene that this page opened the session with; null: another client has opened it. */
+    private readonly opened: Scene | null = null,
   ) {
     const topic = `session/${name.session}`;
     this.topics = [`${topic}/status`, `${topic}/body/0/changes`, `${topic}/design`];
@@ -135,9 +141,20 @@ export class LiveSession {
     await this.refresh();
   }
 
+  /** All that it takes to open the session again, from what this page holds; null: the scene has not come yet. */
+  restored(): { scene: Scene; missing: string[] } | null {
+    const { opened, poses, hasBaseMotion } = this;
+    const hasSurface = this.geometry?.carriedSurface !== undefined;
+    return this.scene && restored(this.scene, { opened, poses, hasBaseMotion, hasSurface });
+  }
+
   /** Asks for status, scene and the newest motion: at the start, and after a lost connection. */
   async refresh(): Promise<void> {
-    const { status, scene } = await this.connection.call("getSession", { session: this.reference, withScene: true });
+    const { status, scene, baseMotionLeftOut } = await this.connection.call("getSession", {
+      session: this.reference,
+      withScene: true,
+    });
+    this.hasBaseMotion = baseMotionLeftOut;
     if (scene) this.takeScene(scene, status?.revision ?? 0n);
     if (status) this.takeStatus(status);
     if (status?.result) this.enqueue(() => this.fetchMotion());
@@ -188,6 +205,11 @@ export class LiveSession {
     this.latency.edited(response.revision, sent);
     const isUndo = edits[0]?.edit?.case === "undo" || edits[0]?.edit?.case === "redo";
     if (!isUndo) this.history.edited(response.revision, isContinued);
+    edits.forEach(({ edit }, i) => {
+      const pose = edit?.case === "addKeyframe" ? edit.value.keyframe?.pose : undefined;
+      const id = response.keyframeIds[i] ?? 0n;
+      if (pose?.case && id !== 0n) this.poses.set(id, create(KeyframeSchema, { pose }).pose);
+    });
     this.see(response.revision);
     return response;
   }
@@ -282,6 +304,7 @@ export class LiveSession {
   }
 
   private takeScene(scene: Scene, revision: bigint): void {
+    if (!this.scene && this.opened) for (const [id, pose] of posesOf(this.opened, scene)) this.poses.set(id, pose);
     this.scene = scene;
     this.scenes.push({ revision, scene });
     if (this.scenes.length > KEPT_SCENES) this.scenes.shift();
