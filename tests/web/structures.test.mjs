@@ -104,6 +104,37 @@ test("a linkage opens by its slider, is pinned, and a joint is pulled where it i
   assert.deepEqual(page.faults, []);
 });
 
+test("a linkage that an edit has cut into more edges is drawn with them", async () => {
+  const page = await visit(browser, server.url);
+  await page.evaluate(async () => {
+    const { scene } = await window.limber.connection.call("getSample", { name: "hyperboloid" });
+    scene.linkage.edgesPerSegment = undefined;
+    scene.linkage.conditions.meanAngleDegrees = 15;
+    scene.linkage.tolerance = 1.5e-4;
+    await window.limber.openScene(scene);
+  });
+  await settle(page);
+  const drawn = () =>
+    page.evaluate(() => {
+      const { shapes, positions } = window.limber.opened.workspace;
+      const { geometry, motion } = window.limber.opened.session;
+      const isOfFrames = motion.basisHash === geometry.basisHash && motion.basisHash === shapes.hash;
+      return { stations: shapes.stations, positions: positions.map((at) => at.toArray()), isOfFrames };
+    });
+  const before = await drawn();
+  await page.getByLabel("Colour by").selectOption("stress");
+  await openTo(page, 85);
+  await until(page, (stations) => window.limber.opened.workspace.shapes.stations > stations, before.stations);
+  await settle(page, 1);
+  await until(page, () => /final shape/.test(document.querySelector(".legend").textContent));
+  const after = await drawn();
+  assert.ok(before.isOfFrames && after.isOfFrames);
+  const moved = after.positions.map((at, i) => distance(at, before.positions[i]));
+  assert.ok(Math.max(...moved) > 0.1, "the shape that was cut anew is not drawn");
+  assert.ok((await drawnPixels(page)) > 2000);
+  assert.deepEqual(page.faults, []);
+});
+
 test("a node of a gridshell is brought where it is dragged", async () => {
   const page = await visit(browser, server.url);
   await openSample(page, "gridshell");

@@ -1,7 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { create } from "@bufbuild/protobuf";
+import { SceneSchema } from "../gen/limber/v1/scene_pb";
 import { lowestVertices } from "../src/page/file_dialogs";
-import { hasOnlyLines, meshFile, sceneOfJson } from "../src/page/files";
+import { carry, hasOnlyLines, meshFile, sceneOfJson } from "../src/page/files";
 
 const file = (name: string, text: string): { name: string; content: Uint8Array } => ({
   name,
@@ -58,5 +60,33 @@ test("files of the same stem go along", () => {
   const mesh = file("a.veg", "m");
   assert.deepEqual(Object.keys(meshFile(mesh, [mesh, file("a.elastic", "e"), file("b.msh", "n")]).companions), [
     "a.elastic",
+  ]);
+});
+
+test("a scene that was exported is filled with its surface, the surface's materials, and its base motion", () => {
+  const scene = file(
+    "kept.json",
+    '{"mesh": {"path": "kept.vtu"}, "surface": {"path": "kept_surface_given.obj"}, "base_motion": {"path": "kept_base.pc2"}}',
+  );
+  const surface = file("kept_surface_given.obj", "mtllib sub/paint.mtl\nv 0 0 0\nmtllib other.mtl\r\n");
+  const all = [scene, file("kept.vtu", "m"), surface, file("paint.mtl", "p"), file("kept_base.pc2", "b")];
+  const made = sceneOfJson(scene, all);
+  const mesh = made.mesh?.source;
+  assert.deepEqual(mesh?.case === "file" && Object.keys(mesh.value.companions), []);
+  const source = made.surface?.source;
+  assert.deepEqual(source?.case === "file" && [source.value.name, Object.keys(source.value.companions)], [
+    "kept_surface_given.obj",
+    ["paint.mtl"],
+  ]);
+  assert.equal(made.baseMotion?.source.case, "pc2");
+  assert.throws(() => sceneOfJson(scene, [scene, file("kept.vtu", "m")]), /kept_surface_given\.obj: drop it together/);
+});
+
+test("a body carries the surface that its tets were made of", () => {
+  const surface = file("cow.obj", "mtllib cow.mtl\n");
+  const source = carry(create(SceneSchema), surface, [surface, file("cow.mtl", "m")]).surface?.source;
+  assert.deepEqual(source?.case === "file" && [source.value.name, Object.keys(source.value.companions)], [
+    "cow.obj",
+    ["cow.mtl"],
   ]);
 });

@@ -26,7 +26,7 @@ test("positions are rest and basis times coordinates", () => {
 });
 
 /** One rod of four edges along a circle of radius 2, its director turning by 0.1 an edge. */
-function arc(): { shapes: LinkageShapes; frame: Float32Array } {
+function arc(lengthUnit?: number): { shapes: LinkageShapes; frame: Float32Array } {
   const edges = 4;
   const step = 0.05;
   const points = Array.from({ length: edges + 1 }, (_, i) => [2 * Math.sin(step * i), 2 * Math.cos(step * i), 0]);
@@ -50,7 +50,7 @@ function arc(): { shapes: LinkageShapes; frame: Float32Array } {
     },
   });
   return {
-    shapes: new LinkageShapes(geometry),
+    shapes: new LinkageShapes(geometry, lengthUnit),
     frame: Float32Array.from([...points.flat(), ...directors.flat(), Math.PI / 2, Math.PI]),
   };
 }
@@ -65,6 +65,17 @@ test("a linkage's frame has joints, angles, curvature and twist", () => {
   for (const curvature of shapes.curvatures(shape)) near(curvature, 0.5, 1e-3);
   for (const twist of shapes.twists(shape)) near(twist, 0.1 / (2 * 2 * Math.sin(0.025)), 2e-3);
   near(shapes.anglesAlong(frame)[2], 135, 1e-3);
+});
+
+test("curvature and twist are per metre, whatever the length unit is", () => {
+  const [metres, millimetres] = [arc(), arc(1e-3)];
+  const values = ({ shapes, frame }: ReturnType<typeof arc>): number[] => {
+    const shape = shapes.shape(frame, null);
+    return [shapes.curvatures(shape)[1] ?? 0, shapes.twists(shape)[1] ?? 0];
+  };
+  values(metres).forEach((value, i) => {
+    near(values(millimetres)[i], 1000 * value, 1e-2);
+  });
 });
 
 test("outlines are drawn counterclockwise", () => {

@@ -24,6 +24,8 @@ export interface Colors {
 export class Coloring {
   by: ColorBy = "bending";
   private stress: { values: Float32Array; sequence: bigint } | null = null;
+  /** Sequence of the result for whose stresses was asked last. */
+  private asked = 0n;
   private isAsking = false;
 
   /** changed: stresses have come, or cannot be had. */
@@ -38,9 +40,17 @@ export class Coloring {
     if (this.by === "angle") return { of: shapes.anglesAlong(numbers), title: "Opening angle", unit: "°" };
     if (this.by !== "stress") return null;
     this.ask(shapes);
-    const isShown = this.stress !== null && this.desk.frame === this.desk.session.motion.frames - 1;
-    const of = isShown && this.stress ? this.stress.values : new Float32Array(shapes.stations).fill(Number.NaN);
+    const { motion } = this.desk.session;
+    const { stress } = this;
+    const isShown = stress?.sequence === motion.sequence && this.desk.frame === motion.frames - 1;
+    const of = isShown && stress ? stress.values : new Float32Array(shapes.stations).fill(Number.NaN);
     return { of, title: isShown ? "Stress of the final shape" : "Stress: known of final shapes", unit: "Pa" };
+  }
+
+  /** Stations are others from now on: the linkage was cut anew. */
+  forget(): void {
+    this.stress = null;
+    this.asked = 0n;
   }
 
   /** For the stresses of the newest final shape, where they are shown and not here yet. */
@@ -48,17 +58,19 @@ export class Coloring {
     const { session } = this.desk;
     const { result } = session;
     if (this.by !== "stress" || !result?.converged || result.solveFailed) return;
-    if (this.isAsking || this.stress?.sequence === result.sequence) return;
+    if (this.isAsking || this.asked === result.sequence) return;
     this.isAsking = true;
+    this.asked = result.sequence;
     stresses(session, shapes.edges).then(
       (made) => {
-        this.stress = { ...made, sequence: result.sequence };
         this.isAsking = false;
+        if (made.values.length === shapes.stations && this.asked !== 0n) this.stress = made;
         this.changed();
       },
       (error) => {
         this.isAsking = false;
         this.by = "none";
+        this.asked = 0n;
         this.desk.fail(error);
       },
     );

@@ -13,9 +13,16 @@ export class LinkageShapes {
   readonly ends: Int32Array;
   /** Stations of all segments. */
   readonly stations: number;
+  /** Of the geometry: another one where the linkage was cut into more edges. */
+  readonly hash: string;
   private readonly coordinates: number;
 
-  constructor(geometry: GetGeometryResponse) {
+  /** lengthUnit [m] */
+  constructor(
+    geometry: GetGeometryResponse,
+    private readonly lengthUnit = 1,
+  ) {
+    this.hash = geometry.basisHash;
     const made = geometry.linkage;
     this.edges = made?.edges ?? [];
     this.joints = made?.vertexOfJoint.length ?? 0;
@@ -79,16 +86,16 @@ export class LinkageShapes {
     return frame.slice(frame.length - this.joints).map((angle) => (angle * 180) / Math.PI);
   }
 
-  /** Curvature of the centreline at each station [1/length unit]. */
+  /** Curvature of the centreline at each station [1/m]. */
   curvatures(shape: RodShape): Float32Array {
     return this.perStation(shape, (before, here, after) => {
       const a = here.clone().sub(before);
       const b = after.clone().sub(here);
-      return (2 * a.angleTo(b)) / Math.max(a.length() + b.length(), 1e-30);
+      return (2 * a.angleTo(b)) / Math.max((a.length() + b.length()) * this.lengthUnit, 1e-30);
     });
   }
 
-  /** Twist per length at each station [radian/length unit]: of directors, beyond the parallel transport of one to the next. */
+  /** Twist per length at each station [radian/m]: of directors, beyond the parallel transport of one to the next. */
   twists(shape: RodShape): Float32Array {
     const director = (station: number): Vector3 => new Vector3().fromArray(shape.directors, 4 * station);
     return this.perStation(shape, (before, here, after, station) => {
@@ -100,7 +107,7 @@ export class LinkageShapes {
       const carried = transport(director(station - 1), from, to);
       const next = director(station);
       const angle = Math.atan2(to.dot(carried.clone().cross(next)), carried.dot(next));
-      return Math.abs(angle) / Math.max(length, 1e-30);
+      return Math.abs(angle) / Math.max(length * this.lengthUnit, 1e-30);
     });
   }
 

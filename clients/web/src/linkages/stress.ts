@@ -1,4 +1,5 @@
 import { ExportFormat } from "../../gen/limber/v1/service_pb";
+import { fetchExport } from "../session/export";
 import type { LiveSession } from "../session/live";
 
 interface Station {
@@ -7,15 +8,15 @@ interface Station {
   smallest_normal_stress?: number | null;
 }
 
-/** Stresses of the newest final shape [Pa], one a station, as the server exports them. edges: of each segment. */
+/**
+ * Stresses of the newest final shape [Pa], one a station, as the server exports them, and the result that they are of.
+ * edges: of each segment.
+ */
 export async function stresses(
-  session: LiveSession,
+  session: Pick<LiveSession, "connection" | "reference">,
   edges: readonly number[],
 ): Promise<{ values: Float32Array; sequence: bigint }> {
-  const { files, result } = await session.connection.call("export", {
-    session: session.reference,
-    format: ExportFormat.JSON,
-  });
+  const { files, result } = await fetchExport(session, ExportFormat.JSON);
   const text = files.map(({ content }) => new TextDecoder().decode(content)).join("");
   const { segments } = JSON.parse(text) as { segments: { stations: Station[] }[] };
   const values = new Float32Array(edges.reduce((sum, count) => sum + count + 1, 0));

@@ -67,14 +67,21 @@ export class LinkageWorkspace implements Workspace {
   setGeometry(): [Vector3, Vector3] | null {
     const { geometry, motion } = this.desk.session;
     if (!geometry?.linkage) return null;
-    if (!this.shapes) {
-      this.shapes = new LinkageShapes(geometry);
+    const isFirst = !this.shapes;
+    // A linkage that is cut into more edges has another geometry, and its frames another length.
+    if (this.shapes?.hash !== geometry.basisHash) {
+      this.shapes = new LinkageShapes(geometry, this.desk.session.scene?.lengthUnitInMetres);
       this.rods.setStrips(this.shapes.strips);
-      this.stiffness = this.defaultStiffness();
+      this.coloring.forget();
+    }
+    const { shapes } = this;
+    if (!shapes) return null;
+    if (isFirst) {
       this.drawControls();
       this.drawJoint();
     }
-    const points = motion.frames ? this.shapes.jointPositions(motion.frame(motion.frames - 1)) : [];
+    const last = motion.frame(motion.frames - 1);
+    const points = motion.frames && shapes.fits(last) ? shapes.jointPositions(last) : [];
     const low = new Vector3(Infinity, Infinity, Infinity);
     const high = low.clone().negate();
     for (const point of points) {
@@ -93,6 +100,10 @@ export class LinkageWorkspace implements Workspace {
     if (!shapes || motion.frames === 0) return;
     const numbers = motion.frame(frame);
     if (!shapes.fits(numbers)) return;
+    if (!this.stiffness) {
+      this.stiffness = this.defaultStiffness(shapes, numbers);
+      this.drawControls();
+    }
     const plain = shapes.shape(numbers, null);
     const values = this.coloring.values(shapes, numbers, plain);
     if (values) {
@@ -279,22 +290,19 @@ export class LinkageWorkspace implements Workspace {
     this.lines.set(lines);
   }
 
-  private defaultStiffness(): number {
-    const { shapes } = this;
-    const frame = this.desk.session.motion.frame(0);
-    if (!shapes) return 0;
-    const young = this.desk.session.scene?.linkage?.material?.youngsModulus ?? DEFAULT_YOUNG;
+  private defaultStiffness(shapes: LinkageShapes, frame: Float32Array): number {
+    const { scene } = this.desk.session;
+    const young = scene?.linkage?.material?.youngsModulus ?? DEFAULT_YOUNG;
     const area = Math.abs(
       shapes.outline.reduce((sum, [x, y], i) => {
         const [nextX, nextY] = shapes.outline[(i + 1) % shapes.outline.length] ?? [x, y];
         return sum + (x * nextY - nextX * y) / 2;
       }, 0),
     );
-    const edges = shapes.edges[0] ?? 1;
-    const length = frame.length
-      ? new Vector3().fromArray(frame, 0).distanceTo(new Vector3().fromArray(frame, 3)) * edges
-      : 1;
-    return Number(((SPRING_SHARE * young * area) / Math.max(length, 1e-9)).toPrecision(1)) || 1000;
+    const edge = new Vector3().fromArray(frame, 0).distanceTo(new Vector3().fromArray(frame, 3));
+    const length = edge * (shapes.edges[0] ?? 1);
+    const stiffness = (SPRING_SHARE * young * area * (scene?.lengthUnitInMetres ?? 1)) / Math.max(length, 1e-9);
+    return Number(stiffness.toPrecision(1)) || 1000;
   }
 
   /** Pins where they are all joints near the ground. */
@@ -402,7 +410,8 @@ export class LinkageWorkspace implements Workspace {
       return;
     }
     const { motion } = this.desk.session;
-    const angle = this.shapes && motion.frames ? this.shapes.angles(motion.frame(this.desk.frame))[joint] : undefined;
+    const frame = motion.frame(this.desk.frame);
+    const angle = this.shapes?.fits(frame) ? this.shapes.angles(frame)[joint] : undefined;
     this.joint.replaceChildren(
       jointPanel(
         joint,

@@ -1,15 +1,14 @@
-import { clone } from "@bufbuild/protobuf";
-import type { MeshSource } from "../../gen/limber/v1/scene_pb";
-import { type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
-import type { SessionStatus } from "../../gen/limber/v1/service_pb";
+import type { Scene } from "../../gen/limber/v1/scene_pb";
+import { ExportFormat, type SessionStatus } from "../../gen/limber/v1/service_pb";
 import { button, el } from "../controls/dom";
+import { fetchExport } from "../session/export";
 import { LiveSession, type SessionName } from "../session/live";
 import { Connection } from "../wire/connection";
 import { inWords, LimberError } from "../wire/errors";
 import type { SocketState } from "../wire/socket";
 import { Streams } from "../wire/streams";
 import type { DesignStart } from "../workspace";
-import { sceneOf } from "./files";
+import { sceneOf, sceneOfJson } from "./files";
 import { Home, KIND_WORDS } from "./home";
 import { describeIssues } from "./issues";
 import { Notices } from "./notices";
@@ -29,7 +28,7 @@ export class App {
   private readonly actions = el("div", { class: "actions" });
   private page: SessionPage | null = null;
   /** What a session was opened from, to open it again where the server has lost it. */
-  private source: { mesh: MeshSource | undefined; design: DesignStart | null } = { mesh: undefined, design: null };
+  private source: { scene: Scene | null; design: DesignStart | null } = { scene: null, design: null };
   private isRestoring = false;
   private wasConnected = false;
 
@@ -138,27 +137,32 @@ export class App {
       return;
     }
     const opened = await this.connection.call("openSession", { scene, session }, BUILD_TIMEOUT_MS);
-    this.source = { mesh: scene.mesh, design };
+    this.source = { scene, design };
     await this.show({ session: opened.session, uid: opened.uid });
   }
 
   /** A new session of the scene as edited, changed in what no edit can change. */
   private async openChanged(session: LiveSession, change: (scene: Scene) => void): Promise<void> {
-    const scene = this.restorable(session);
-    if (!scene) {
-      this.notices.add("warning", "This page has not the session's mesh: who opened it from a file can do that.");
-      return;
-    }
-    change(scene);
     try {
-      await this.openScene(scene);
+      const kept = session.restored();
+      const scene = kept && !kept.missing.length ? kept.scene : await this.exported(session);
+      change(scene);
+      await this.openScene(scene, "", this.source.design);
     } catch (error) {
       this.fail(error);
     }
   }
 
+  /** The whole scene of a session that another client has opened, as files to take away have it. */
+  private async exported(session: LiveSession): Promise<Scene> {
+    const { files } = await fetchExport(session, ExportFormat.SCENE);
+    const json = files.find(({ name }) => name.endsWith(".json"));
+    if (!json) throw new LimberError("MALFORMED", "the server exported no scene");
+    return sceneOfJson(json, files);
+  }
+
   private async join(status: SessionStatus): Promise<void> {
-    this.source = { mesh: undefined, design: null };
+    this.source = { scene: null, design: null };
     await this.show({ session: status.session, uid: status.uid });
   }
 
@@ -174,7 +178,7 @@ export class App {
   private async show(name: SessionName): Promise<void> {
     this.page?.close();
     this.home.element.remove();
-    const session = new LiveSession(this.connection, this.streams, name);
+    const session = new LiveSession(this.connection, this.streams, name, this.source.scene);
     try {
       this.page = new SessionPage(
         session,
@@ -283,20 +287,22 @@ export class App {
     try {
       const { sessions } = await this.connection.call("listSessions", {});
       const there = sessions.find((one) => one.session === name);
-      const scene = there ? null : this.restorable(session);
+      const kept = session.restored();
       if (there) {
+        this.source.scene = kept && !kept.missing.length ? kept.scene : null;
         await this.show({ session: name, uid: there.uid });
         this.notices.add("warning", "The server was restarted; the session was opened again by somebody.");
-      } else if (scene) {
-        await this.openScene(scene, name);
+      } else if (kept && !kept.missing.length) {
+        await this.openScene(kept.scene, name, this.source.design);
         this.notices.add(
           "warning",
           "The server was restarted. The session was opened again with the constraints it had; its undo is gone.",
         );
       } else {
+        const missing = kept?.missing.length ? kept.missing.join(", ") : "its scene";
         this.notices.add(
           "bad",
-          "The server was restarted, and its sessions are gone. Open the file again: this page has not its mesh.",
+          `The server was restarted, and its sessions are gone. Open the file again: this page has not all of it (${missing}).`,
         );
         this.leave();
       }
@@ -310,15 +316,6 @@ export class App {
     } finally {
       this.isRestoring = false;
     }
-  }
-
-  /** The scene as edited, with the mesh that it was opened with. */
-  private restorable(session: LiveSession): Scene | null {
-    if (!session.scene) return null;
-    const scene = clone(SceneSchema, session.scene);
-    if (this.source.mesh) scene.mesh = this.source.mesh;
-    const hasShape = scene.linkage || scene.beams || scene.mesh?.source.case;
-    return hasShape ? scene : null;
   }
 
   private fail(error: unknown): void {

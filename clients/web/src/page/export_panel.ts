@@ -1,7 +1,8 @@
 import { ExportFormat } from "../../gen/limber/v1/service_pb";
 import { button, choice, el, field } from "../controls/dom";
+import { fetchExport } from "../session/export";
 import type { LiveSession } from "../session/live";
-import { type Entry, zip } from "./zip";
+import { zip } from "./zip";
 
 const FORMATS: Record<string, readonly (readonly [ExportFormat, string])[]> = {
   bodies: [
@@ -23,35 +24,6 @@ const FORMATS: Record<string, readonly (readonly [ExportFormat, string])[]> = {
     [ExportFormat.VTU, "ParaView (.vtu)"],
   ],
 };
-const TIMEOUT_MS = 120_000;
-
-/** All files of an export, their parts put together. */
-async function fetchAll(session: LiveSession, format: ExportFormat): Promise<Entry[]> {
-  const made = new Map<string, Uint8Array[]>();
-  let resultSequence = 0n;
-  for (let part = 0, parts = 1; part < parts; part++) {
-    const answer = await session.connection.call(
-      "export",
-      { session: session.reference, format, part, resultSequence },
-      TIMEOUT_MS,
-    );
-    parts = answer.partCount;
-    if (part === 0) resultSequence = answer.result?.sequence ?? 0n;
-    for (const { name, content, append } of answer.files) {
-      if (append) made.get(name)?.push(content);
-      else made.set(name, [content]);
-    }
-  }
-  return [...made].map(([name, parts]) => {
-    const content = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
-    let at = 0;
-    for (const part of parts) {
-      content.set(part, at);
-      at += part.length;
-    }
-    return { name, content };
-  });
-}
 
 function save(name: string, parts: Uint8Array[]): void {
   const url = URL.createObjectURL(new Blob(parts as Uint8Array<ArrayBuffer>[]));
@@ -67,7 +39,7 @@ export function exportPanel(session: LiveSession, kind: string, fail: (error: un
   const download = async (): Promise<void> => {
     action.disabled = true;
     try {
-      const files = await fetchAll(session, chosen);
+      const { files } = await fetchExport(session, chosen);
       const [only] = files;
       if (files.length === 1 && only) save(only.name, [only.content]);
       else save(`${session.name.session}.zip`, zip(files));

@@ -1,5 +1,11 @@
 import { create, fromJson, type JsonObject, type JsonValue } from "@bufbuild/protobuf";
-import { type MeshFile, MeshFileSchema, type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
+import {
+  type MeshFile,
+  MeshFileSchema,
+  type Scene,
+  SceneSchema,
+  SurfaceSourceSchema,
+} from "../../gen/limber/v1/scene_pb";
 import { startingGrid } from "../linkages/starting_grid";
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
@@ -25,15 +31,36 @@ function stem(name: string): string {
   return name.slice(0, name.lastIndexOf("."));
 }
 
+function baseName(path: string): string {
+  return path.split(/[\\/]/).pop() ?? path;
+}
+
 function text(file: Dropped): string {
   return new TextDecoder().decode(file.content);
 }
 
+/** Endings of files that are no part of a mesh, though they may begin as its name does. */
+const NO_COMPANIONS = [".json", ".pc2", ".mtl", ...SURFACES];
+
 /** The others go along: TetGen's other half, materials, includes. */
 export function meshFile(file: Dropped, all: readonly Dropped[]): MeshFile {
   const others = all.filter(
-    (one) => one !== file && ending(one.name) !== ".json" && stem(one.name).startsWith(stem(file.name)),
+    (one) => one !== file && !NO_COMPANIONS.includes(ending(one.name)) && stem(one.name).startsWith(stem(file.name)),
   );
+  return withCompanions(file, others);
+}
+
+/** A surface with the materials that it names, where they were dropped, too. */
+export function surfaceFile(file: Dropped, all: readonly Dropped[]): MeshFile {
+  const lines = ending(file.name) === ".obj" ? text(file).matchAll(/^mtllib\s+(.+)$/gm) : [];
+  const wanted = new Set([...lines].map(([, path]) => baseName((path ?? "").trim())));
+  return withCompanions(
+    file,
+    all.filter(({ name }) => wanted.has(name)),
+  );
+}
+
+function withCompanions(file: Dropped, others: readonly Dropped[]): MeshFile {
   return create(MeshFileSchema, {
     name: file.name,
     content: file.content,
@@ -53,12 +80,12 @@ export function hasOnlyLines(file: Dropped): boolean {
   return false;
 }
 
-function named(path: string, all: readonly Dropped[], field: string): MeshFile {
-  const name = path.split(/[\\/]/).pop() ?? path;
+function named(path: string, all: readonly Dropped[], field: string, make = meshFile): MeshFile {
+  const name = baseName(path);
   const found = all.find((one) => one.name === name);
   if (!found)
     throw new LimberError("NOT_FOUND", `the scene names the file ${name}: drop it together with the scene`, field);
-  return meshFile(found, all);
+  return make(found, all);
 }
 
 /** Puts dropped files in the place of the paths in a scene. */
@@ -73,6 +100,9 @@ function fillPaths(scene: Scene, all: readonly Dropped[]): Scene {
     const source = lines?.source;
     if (lines && source?.case === "path") lines.source = { case: "file", value: named(source.value, all, field) };
   }
+  const surface = scene.surface?.source;
+  if (scene.surface && surface?.case === "path")
+    scene.surface.source = { case: "file", value: named(surface.value, all, "surface.path", surfaceFile) };
   const motion = scene.baseMotion?.source;
   if (scene.baseMotion && motion?.case === "path") {
     if (ending(motion.value) !== ".pc2")
@@ -121,12 +151,26 @@ function plain(scene: Scene | null): Made | null {
   return scene && { scene, design: null };
 }
 
-/** A surface is filled with tets, or gets a linkage. */
-async function ofSurface(surface: Dropped, connection: Connection, tell: (text: string) => void): Promise<Made | null> {
+/** The body of a scene carries a surface that was dropped, whatever its tets are. */
+export function carry(scene: Scene, surface: Dropped, all: readonly Dropped[]): Scene {
+  const value = surfaceFile(surface, all);
+  scene.surface = create(SurfaceSourceSchema, { source: { case: "file", value } });
+  return scene;
+}
+
+/** A surface is filled with tets, which carry it, or gets a linkage. */
+async function ofSurface(
+  surface: Dropped,
+  all: readonly Dropped[],
+  connection: Connection,
+  tell: (text: string) => void,
+): Promise<Made | null> {
   const use = await askAboutSurface(surface.name);
   if (use === "linkage") return startingGrid(surface, connection, tell);
   const mesh = use && (await tetrahedralize(surface, connection, tell));
-  return mesh ? plain(await askAboutBody(stem(surface.name), { source: { case: "arrays", value: mesh } })) : null;
+  if (!mesh) return null;
+  const scene = await askAboutBody(stem(surface.name), { source: { case: "arrays", value: mesh } });
+  return plain(scene && carry(scene, surface, all));
 }
 
 /** A scene of dropped files; null: the person changed their mind. tell: of what takes long. */
@@ -142,8 +186,11 @@ export async function sceneOf(
   const json = job ?? all.find(({ name }) => ending(name) === ".json");
   if (json) return plain(sceneOfJson(json, all));
   const mesh = all.find(({ name }) => MESHES.includes(ending(name)));
-  if (mesh) return plain(await askAboutBody(stem(mesh.name), { source: { case: "file", value: meshFile(mesh, all) } }));
   const surface = all.find(({ name }) => SURFACES.includes(ending(name)));
+  if (mesh) {
+    const scene = await askAboutBody(stem(mesh.name), { source: { case: "file", value: meshFile(mesh, all) } });
+    return plain(scene && surface ? carry(scene, surface, all) : scene);
+  }
   if (!surface) {
     const known = [...MESHES, ...SURFACES, ".json"].join(", ");
     throw new LimberError(
@@ -151,5 +198,5 @@ export async function sceneOf(
       `${all[0]?.name ?? "this"} is no file that this page knows; it knows ${known}`,
     );
   }
-  return hasOnlyLines(surface) ? plain(await askAboutLines(surface)) : ofSurface(surface, connection, tell);
+  return hasOnlyLines(surface) ? plain(await askAboutLines(surface)) : ofSurface(surface, all, connection, tell);
 }

@@ -1,6 +1,6 @@
-import type { MessageInitShape } from "@bufbuild/protobuf";
+import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import type { DesignInfo } from "../../gen/limber/v1/design_pb";
-import type { Scene } from "../../gen/limber/v1/scene_pb";
+import { type Keyframe, KeyframeSchema, type Scene } from "../../gen/limber/v1/scene_pb";
 import {
   type EditResponse,
   type EditSchema,
@@ -15,9 +15,12 @@ import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
 import type { Streams } from "../wire/streams";
 import { describeChanges } from "./changes";
+import { completed } from "./geometry";
 import { History } from "./history";
 import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
+import { posesOf, restored } from "./restore";
+import { wholeMotion } from "./whole_motion";
 
 export type EditInit = MessageInitShape<typeof EditSchema>;
 
@@ -44,10 +47,6 @@ export interface SessionName {
   uid: bigint;
 }
 
-/** Frames of a request; motions are fetched in parts of this many numbers. */
-const FETCHED_NUMBERS = 8_000_000;
-/** Motions up to this many frames come in one message, whatever their size. */
-const UNPROBED_FRAMES = 8192;
 const SCENE_DELAY_MS = 120;
 const BEHIND_MS = 800;
 const KEPT_SCENES = 6;
@@ -67,9 +66,15 @@ export class LiveSession {
   /** Newest revision that this page knows of. */
   revision = 0n;
   private readonly own = new Set<bigint>();
+  /** Of keyframes: those of the scene as opened by this page, and those that this page added. */
+  private readonly poses = new Map<bigint, Keyframe["pose"]>();
+  private hasBaseMotion = false;
   private readonly handlers = new Map<string, Set<(value: never) => void>>();
   private readonly topics: string[];
   private queue: Promise<void> = Promise.resolve();
+  /** Edits of this page that have no answer yet. */
+  private readonly flying = new Set<Promise<unknown>>();
+  private turn: Promise<void> = Promise.resolve();
   /** The newest few, to tell what others changed. */
   private readonly scenes: { revision: bigint; scene: Scene }[] = [];
   private sceneTimer = 0;
@@ -81,6 +86,8 @@ export class LiveSession {
     readonly connection: Connection,
     private readonly streams: Streams,
     readonly name: SessionName,
+    /** The scene that this page opened the session with; null: another client has opened it. */
+    private readonly opened: Scene | null = null,
   ) {
     const topic = `session/${name.session}`;
     this.topics = [`${topic}/status`, `${topic}/body/0/changes`, `${topic}/design`];
@@ -134,9 +141,20 @@ export class LiveSession {
     await this.refresh();
   }
 
+  /** All that it takes to open the session again, from what this page holds; null: the scene has not come yet. */
+  restored(): { scene: Scene; missing: string[] } | null {
+    const { opened, poses, hasBaseMotion } = this;
+    const hasSurface = this.geometry?.carriedSurface !== undefined;
+    return this.scene && restored(this.scene, { opened, poses, hasBaseMotion, hasSurface });
+  }
+
   /** Asks for status, scene and the newest motion: at the start, and after a lost connection. */
   async refresh(): Promise<void> {
-    const { status, scene } = await this.connection.call("getSession", { session: this.reference, withScene: true });
+    const { status, scene, baseMotionLeftOut } = await this.connection.call("getSession", {
+      session: this.reference,
+      withScene: true,
+    });
+    this.hasBaseMotion = baseMotionLeftOut;
     if (scene) this.takeScene(scene, status?.revision ?? 0n);
     if (status) this.takeStatus(status);
     if (status?.result) this.enqueue(() => this.fetchMotion());
@@ -157,27 +175,74 @@ export class LiveSession {
     this.handlers.clear();
   }
 
-  /** All or nothing, one revision. isContinued: part of the gesture before, for undo. */
-  async edit(edits: EditInit[], isContinued = false, sent = performance.now()): Promise<EditResponse> {
-    const response = await this.connection.call("edit", { session: this.reference, edits });
+  /**
+   * All or nothing, one revision. isContinued: part of the gesture before, for undo. expectedRevision: refuse unless it
+   * is the session's newest.
+   */
+  edit(
+    edits: EditInit[],
+    isContinued = false,
+    sent = performance.now(),
+    expectedRevision?: bigint,
+  ): Promise<EditResponse> {
+    const asked = this.sendEdit(edits, isContinued, sent, expectedRevision);
+    this.flying.add(asked);
+    return asked.finally(() => this.flying.delete(asked));
+  }
+
+  private async sendEdit(
+    edits: EditInit[],
+    isContinued: boolean,
+    sent: number,
+    expectedRevision: bigint | undefined,
+  ): Promise<EditResponse> {
+    const request = { session: this.reference, edits };
+    const response = await this.connection.call(
+      "edit",
+      expectedRevision === undefined ? request : { ...request, expectedRevision },
+    );
     this.own.add(response.revision);
     this.latency.edited(response.revision, sent);
     const isUndo = edits[0]?.edit?.case === "undo" || edits[0]?.edit?.case === "redo";
     if (!isUndo) this.history.edited(response.revision, isContinued);
+    edits.forEach(({ edit }, i) => {
+      const pose = edit?.case === "addKeyframe" ? edit.value.keyframe?.pose : undefined;
+      const id = response.keyframeIds[i] ?? 0n;
+      if (pose?.case && id !== 0n) this.poses.set(id, create(KeyframeSchema, { pose }).pose);
+    });
     this.see(response.revision);
     return response;
   }
 
-  async undo(): Promise<void> {
-    const count = this.history.undo(this.revision);
-    const edits = Array.from({ length: count }, (): EditInit => ({ edit: { case: "undo", value: {} } }));
-    this.history.undid(count, (await this.edit(edits)).revision);
+  undo(): Promise<void> {
+    return this.inTurn("undo");
   }
 
-  async redo(): Promise<void> {
-    const count = this.history.redo(this.revision);
-    const edits = Array.from({ length: count }, (): EditInit => ({ edit: { case: "redo", value: {} } }));
-    this.history.redid(count, (await this.edit(edits)).revision);
+  redo(): Promise<void> {
+    return this.inTurn("redo");
+  }
+
+  /** One after the other, and after the edits of this page that are on their way. */
+  private inTurn(kind: "undo" | "redo"): Promise<void> {
+    const asked = this.turn.then(() => this.step(kind));
+    this.turn = asked.catch(() => undefined);
+    return asked;
+  }
+
+  /** Of what this page knows: refused where another page has edited meanwhile. */
+  private async step(kind: "undo" | "redo"): Promise<void> {
+    await Promise.allSettled([...this.flying]);
+    const count = this.history[kind](this.revision);
+    const edits = Array.from({ length: count }, (): EditInit => ({ edit: { case: kind, value: {} } }));
+    try {
+      const { revision } = await this.edit(edits, false, performance.now(), this.revision);
+      if (kind === "undo") this.history.undid(count, revision);
+      else this.history.redid(count, revision);
+    } catch (error) {
+      if (!(error instanceof LimberError) || error.field !== "expected_revision") throw error;
+      const what = kind === "undo" ? "undone" : "done again";
+      throw new LimberError(error.code, `nothing was ${what}: somebody else edited at the same moment. Try again`);
+    }
   }
 
   private emit<K extends keyof SessionEvents>(event: K, value: SessionEvents[K]): void {
@@ -239,6 +304,7 @@ export class LiveSession {
   }
 
   private takeScene(scene: Scene, revision: bigint): void {
+    if (!this.scene && this.opened) for (const [id, pose] of posesOf(this.opened, scene)) this.poses.set(id, pose);
     this.scene = scene;
     this.scenes.push({ revision, scene });
     if (this.scenes.length > KEPT_SCENES) this.scenes.shift();
@@ -256,13 +322,16 @@ export class LiveSession {
     this.emit("status", status);
     if (status.result) this.takeResult(status.result);
     if (this.isBehind && this.motion.frames === 0) this.enqueue(() => this.catchUp());
-    else if (this.isBehind && !this.behindTimer) {
-      // Frames are a little behind the status; where they do not come, a message was missed.
-      this.behindTimer = window.setTimeout(() => {
-        this.behindTimer = 0;
-        this.enqueue(() => this.catchUp());
-      }, BEHIND_MS);
-    }
+    else if (this.isBehind) this.catchUpLater();
+  }
+
+  /** Frames are a little behind the status; where they do not come, a message was missed. */
+  private catchUpLater(): void {
+    if (this.behindTimer || this.isClosed) return;
+    this.behindTimer = window.setTimeout(() => {
+      this.behindTimer = 0;
+      this.enqueue(() => this.catchUp());
+    }, BEHIND_MS);
   }
 
   private takeDesign(design: DesignInfo): void {
@@ -300,38 +369,40 @@ export class LiveSession {
     this.emit("motion", undefined);
   }
 
-  /** All frames of the newest result; again where a newer one came between two parts. */
+  /**
+   * All frames of the newest result. Where newer ones come faster than its parts, what is here stays until later; where
+   * nothing is here, the newest final one is taken, which stays longer.
+   */
   private async fetchMotion(): Promise<void> {
+    const total = this.kind === "bodies" ? (this.status?.frames ?? 1) : 0;
     const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
-    for (;;) {
-      const total = this.kind === "bodies" ? (this.status?.frames ?? 1) : 0;
-      let step = total;
-      if (total > UNPROBED_FRAMES) {
-        const probe = await this.connection.call("getFrames", { ...wanted, firstFrame: 0, frameCount: 1 });
-        const numbers = (probe.frames?.data?.data.byteLength ?? 4) / 4;
-        step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
-      }
-      const parts: Frames[] = [];
-      let at = 0;
-      do {
-        const count = total > step ? Math.min(step, total - at) : 0;
-        const { frames } = await this.connection.call("getFrames", { ...wanted, firstFrame: at, frameCount: count });
-        if (!frames) return;
-        parts.push(frames);
-        at += frames.frameCount;
-      } while (total > step && at < total);
-      const sequence = parts[0]?.result?.sequence;
-      if (parts.some((part) => part.result?.sequence !== sequence)) continue;
-      const hash = parts[0]?.basisHash ?? "";
-      if (hash !== this.geometry?.basisHash || !this.geometry) await this.fetchGeometry(hash);
-      this.motion.replace(parts);
-      this.moved(parts[0]?.result);
+    const ask =
+      (finalOnly: boolean) =>
+      async (firstFrame: number, frameCount: number): Promise<Frames | undefined> =>
+        (await this.connection.call("getFrames", { ...wanted, firstFrame, frameCount, finalOnly })).frames;
+    let parts = await wholeMotion(ask(false), total);
+    if (!parts && this.motion.frames === 0) parts = await wholeMotion(ask(true), total);
+    if (!parts) {
+      this.catchUpLater();
       return;
     }
+    const hash = parts[0]?.basisHash ?? "";
+    if (hash !== this.geometry?.basisHash || !this.geometry) await this.fetchGeometry(hash);
+    this.motion.replace(parts);
+    this.moved(parts[0]?.result);
   }
 
+  /** What is here already is not sent again: of a basis that has grown the new columns alone are. */
   private async fetchGeometry(hash: string): Promise<void> {
-    const geometry = await this.connection.call("getGeometry", { session: this.reference, basisHash: hash });
+    const known = this.geometry;
+    const answer = await this.connection.call("getGeometry", {
+      session: this.reference,
+      basisHash: hash,
+      knownBasisHash: known?.basisHash ?? "",
+      withSurface: !known,
+    });
+    const geometry = completed(answer, known);
+    if (this.isClosed) return;
     this.geometry = geometry;
     this.emit("geometry", geometry);
   }

@@ -1,0 +1,160 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { create, type MessageInitShape } from "@bufbuild/protobuf";
+import {
+  EditResponseSchema,
+  type Frames,
+  FramesSchema,
+  GetGeometryResponseSchema,
+  ResultInfoSchema,
+  SessionStatusSchema,
+} from "../gen/limber/v1/service_pb";
+import { completed } from "../src/session/geometry";
+import { LiveSession } from "../src/session/live";
+import { wholeMotion } from "../src/session/whole_motion";
+import { floats, fromFloats, fromIntegers } from "../src/wire/arrays";
+import type { Connection } from "../src/wire/connection";
+import { LimberError } from "../src/wire/errors";
+import type { Streams } from "../src/wire/streams";
+
+Object.assign(globalThis, { window: globalThis });
+
+interface EditRequest {
+  edits: { edit: { case: string } }[];
+  expectedRevision?: bigint;
+}
+
+/** A session whose edits are answered by `edit`. */
+function session(edit: (request: EditRequest) => Promise<{ revision: bigint }>): LiveSession {
+  const call = async (kind: string, value: unknown): Promise<unknown> =>
+    kind === "edit" ? create(EditResponseSchema, await edit(value as EditRequest)) : {};
+  const connection = { call } as unknown as Connection;
+  const streams = { subscribe: () => undefined, unsubscribe: () => undefined } as unknown as Streams;
+  return new LiveSession(connection, streams, { session: "s", uid: 1n });
+}
+
+test("an undo is of the revision that this page knows, after its own edits", async () => {
+  let revision = 0n;
+  const asked: EditRequest[] = [];
+  const live = session(async (request) => {
+    asked.push(request);
+    await new Promise((resolve) => setTimeout(resolve, 5));
+    revision += 1n;
+    return { revision };
+  });
+  const add = live.edit([{ edit: { case: "undo", value: {} } }]);
+  await Promise.all([add, live.undo(), live.undo(), live.redo()]);
+  live.close();
+  assert.deepEqual(
+    asked.map(({ expectedRevision }) => expectedRevision),
+    [undefined, 1n, 2n, 3n],
+  );
+  assert.deepEqual(
+    asked.slice(1).map(({ edits }) => edits[0]?.edit.case),
+    ["undo", "undo", "redo"],
+  );
+});
+
+test("an undo that another page's edit has overtaken says so, and the next one is sent", async () => {
+  let isRefused = true;
+  const live = session(async () => {
+    if (isRefused) throw new LimberError("FAILED_PRECONDITION", "the newest revision is 7", "expected_revision");
+    return { revision: 8n };
+  });
+  await assert.rejects(live.undo(), /nothing was undone: somebody else edited/);
+  isRefused = false;
+  await live.undo();
+  live.close();
+  assert.equal(live.revision, 8n);
+});
+
+/** The first frame is as large as half a part; others are of one number. */
+function frames(count: number, sequence: number): Frames {
+  const numbers = count === 1 ? 4_000_000 : count;
+  return create(FramesSchema, {
+    result: create(ResultInfoSchema, { sequence: BigInt(sequence) }),
+    frameCount: count,
+    basisHash: "b",
+    data: fromFloats(new Float32Array(numbers), [count, numbers / count]),
+  });
+}
+
+test("a long motion is of one result, and its parts are asked for again where a newer one came", async () => {
+  const asked: [number, number][] = [];
+  const parts = await wholeMotion(async (first, count) => {
+    asked.push([first, count]);
+    return frames(count, asked.length > 2 ? 2 : 1);
+  }, 8194);
+  assert.equal(
+    parts?.reduce((sum, { frameCount }) => sum + frameCount, 0),
+    8194,
+  );
+  assert.ok(parts?.every(({ result }) => result?.sequence === 2n));
+  assert.deepEqual(asked.slice(0, 3), [
+    [0, 1],
+    [0, 2],
+    [2, 2],
+  ]);
+});
+
+test("where results come faster than parts, asking ends", async () => {
+  let asked = 0;
+  assert.equal(await wholeMotion(async (_, count) => frames(count, ++asked), 9000), null);
+  assert.ok(asked < 20);
+});
+
+test("without the parts of one result, the newest final one is taken, or what is here stays", async () => {
+  const finals: boolean[] = [];
+  let sequence = 1;
+  const call = async (kind: string, value: unknown): Promise<unknown> => {
+    if (kind === "getGeometry") return create(GetGeometryResponseSchema, { basisHash: "b", beams: {} });
+    const { frameCount, finalOnly } = value as { frameCount: number; finalOnly: boolean };
+    finals.push(finalOnly);
+    return { frames: frames(frameCount, finalOnly ? 1 : ++sequence) };
+  };
+  const streams = { subscribe: () => undefined, unsubscribe: () => undefined } as unknown as Streams;
+  const live = new LiveSession({ call } as unknown as Connection, streams, { session: "s", uid: 1n });
+  live.status = create(SessionStatusSchema, { kind: "bodies", frames: 8200 });
+  const fetch = live as unknown as { fetchMotion(): Promise<void> };
+  await fetch.fetchMotion();
+  assert.equal(live.motion.sequence, 1n);
+  assert.equal(live.motion.frames, 8200);
+  finals.length = 0;
+  await fetch.fetchMotion();
+  live.close();
+  assert.equal(live.motion.sequence, 1n);
+  assert.ok(!finals.includes(true));
+});
+
+const geometry = (init: MessageInitShape<typeof GetGeometryResponseSchema>) => create(GetGeometryResponseSchema, init);
+const rest = fromFloats(new Float32Array(3), [1, 3]);
+const tets = fromIntegers(new Int32Array(0), [0, 4]);
+const known = geometry({
+  rest,
+  tets,
+  basis: fromFloats(Float32Array.from([1, 2, 3, 4, 5, 6]), [1, 3, 2]),
+  basisHash: "two",
+  carriedSurface: { name: "skin.obj" },
+});
+
+test("a basis that has grown is put together of what is here and its new columns", () => {
+  const answer = geometry({
+    rest,
+    tets,
+    basis: fromFloats(Float32Array.from([7, 8, 9]), [1, 3, 1]),
+    basisHash: "three",
+    knownColumns: 2,
+  });
+  const whole = completed(answer, known);
+  assert.deepEqual([...floats(whole.basis)], [1, 2, 7, 3, 4, 8, 5, 6, 9]);
+  assert.deepEqual(whole.basis?.shape, [1n, 3n, 3n]);
+  assert.equal(whole.carriedSurface?.name, "skin.obj");
+  assert.throws(() => completed(geometry({ rest, tets, basisHash: "x", knownColumns: 5 }), known), /does not hold/);
+});
+
+test("what stayed as it was is not sent, and kept", () => {
+  assert.deepEqual([...floats(completed(geometry({ rest, tets, basisHash: "two" }), known).basis)], [1, 2, 3, 4, 5, 6]);
+  const linkage = geometry({ linkage: { edges: [4] }, basisHash: "l" });
+  assert.equal(completed(geometry({ basisHash: "l" }), linkage), linkage);
+  assert.deepEqual(completed(geometry({ linkage: { edges: [8] }, basisHash: "m" }), linkage).linkage?.edges, [8]);
+});
