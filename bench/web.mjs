@@ -1,7 +1,7 @@
 // The page in headless Chromium against a limberd of its own, as one JSON object: from address to picture, from the mouse to the
 // new motion and to its picture, bytes of an edit, several pages on one session, a page that nobody looks at.
 //
-//     node bench/web.mjs [--sample flower] [--frame 150] [--node 957] [--moves 150] [--repeats 5] [--pages 8] [--sleep 60]
+//     node bench/web.mjs [--sample flower] [--frame 150] [--node 957] [--moves 60] [--repeats 5] [--pages 8] [--sleep 60]
 //
 // Needs what scripts/test-web needs: limberd ($LIMBER_BIN or build/release/bin), clients/web/dist, Chromium.
 import { readFileSync } from "node:fs";
@@ -14,7 +14,7 @@ const { values: given } = parseArgs({
     sample: { type: "string", default: "flower" },
     frame: { type: "string", default: "150" },
     node: { type: "string", default: "957" },
-    moves: { type: "string", default: "150" },
+    moves: { type: "string", default: "60" },
     repeats: { type: "string", default: "5" },
     pages: { type: "string", default: "8" },
     sleep: { type: "string", default: "60" },
@@ -177,6 +177,9 @@ const hide = (page, isHidden) =>
     document.dispatchEvent(new Event("visibilitychange"));
   }, isHidden);
 
+const began = performance.now();
+const note = (what) => console.error(`${((performance.now() - began) / 1000).toFixed(0)} s: ${what}`);
+
 const server = new Server();
 await server.start();
 const browser = await launch();
@@ -199,9 +202,11 @@ try {
     return String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   });
 
+  note("first pictures");
   const first = await firstPictures(browser, server, session);
   Object.assign(result, { first_picture_ms: quantile(first, 0.5), first_picture_most_ms: quantile(first, 1) });
 
+  note("drags");
   await dragAround(page, 10); // what is made once
   await instrument(page);
   const before = { ...counts };
@@ -231,6 +236,7 @@ try {
     reply_bytes_per_edit: parts.replies,
   });
 
+  note("several pages");
   const others = [];
   for (let i = 1; i < PAGES; i++) {
     const other = await visit(browser, `${server.url}#${session}`);
@@ -253,6 +259,7 @@ try {
   });
   for (const other of others) await other.context().close();
 
+  note("a page asleep");
   const asleep = await countedPage(browser, `${server.url}#${session}`);
   await settle(asleep.page, 1);
   await hide(asleep.page, true);
