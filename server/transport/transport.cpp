@@ -194,6 +194,10 @@ void Transport::enqueue(Item item) {
 void Transport::wake() const {
   if (std::this_thread::get_id() == thread_id_.load(std::memory_order_relaxed))
     return;  // it looks by itself
+  signal();
+}
+
+void Transport::signal() const {
   const std::uint64_t one = 1;
   [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
 }
@@ -239,6 +243,7 @@ void Transport::drain() {
     const std::lock_guard lock(mutex_);
     items.swap(queue_);
   }
+  bool is_answered = false;
   for (auto& item : items) {
     if (auto* outgoing = std::get_if<Outgoing>(&item)) {
       send_now(*outgoing);
@@ -248,11 +253,14 @@ void Transport::drain() {
       end_connections(*ended);
     } else if (auto* event = std::get_if<LocalEvent>(&item)) {
       apply(*event);
+      is_answered = true;
     } else {
       apply(std::get<AllowedKeys>(item));
     }
   }
   if (!slots_.empty()) flush_slots();
+  // What was put into the queue meanwhile is for the next round, after the sockets had their turn.
+  if (is_answered) signal();
 }
 
 void Transport::publish_now(Publication& publication) {

@@ -118,6 +118,7 @@ class Transport {
 
   void enqueue(Item item);
   void wake() const;
+  void signal() const;  // as wake(), also to the thread itself
   void loop();
   void drain();
   void close_sockets();

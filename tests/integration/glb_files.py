@@ -38,9 +38,12 @@ def read(path):
 def played(path):
     """Faces, positions in each frame (frames x vertices x 3, of the mesh itself) and the times of frames."""
     document, values = read(path)
-    (primitive,) = document["meshes"][0]["primitives"]
+    primitives = document["meshes"][0]["primitives"]
+    primitive = primitives[0]
+    assert all((part["attributes"], part.get("targets")) == (primitive["attributes"], primitive.get("targets"))
+               for part in primitives)
     base = values(primitive["attributes"]["POSITION"]).astype(float)
-    faces = values(primitive["indices"]).reshape(-1, 3)
+    faces = np.concatenate([values(part["indices"]).reshape(-1, 3) for part in primitives])
     if "animations" not in document:
         return faces, base[None], np.zeros(1)
     targets = np.array([values(target["POSITION"]) for target in primitive["targets"]], dtype=float)

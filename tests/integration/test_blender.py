@@ -104,6 +104,7 @@ json.dump({"shapes": shapes, "keys": len(body.data.shape_keys.key_blocks) - 1}, 
 """
 
 
+@pytest.mark.timeout(150)
 def test_blender_plays_a_glb(server, tmp_path):
     """Its morph targets, in step with a timeline of the scene's rate, upright and in metres."""
     blender = shutil.which("blender")

@@ -16,7 +16,7 @@ def test_all_are_known():
     assert {path.stem for path in FOLDER.glob("*.ipynb")} == set(NEEDS)
 
 
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(240)
 @pytest.mark.parametrize("name", sorted(NEEDS))
 def test_runs(limberd, name, tmp_path):
     for package in ("ipykernel", *NEEDS[name]):
@@ -25,7 +25,7 @@ def test_runs(limberd, name, tmp_path):
     nbformat.validate(notebook)
     assert not any(cell.get("outputs") for cell in notebook.cells), "clear the outputs before keeping it"
     environment = dict(os.environ, LIMBER_BIN=str(limberd.parent), IPYTHONDIR=str(tmp_path))
-    client = nbclient.NotebookClient(notebook, timeout=100, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}})
+    client = nbclient.NotebookClient(notebook, timeout=200, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}})
     client.execute(env=environment)
     outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
     assert not [output for output in outputs if output.output_type == "error"]

@@ -187,8 +187,12 @@ def test_a_drawn_surface_keeps_its_vertices(server, tmp_path):
     if not drawn.is_file():
         pytest.skip(f"no {drawn} (set LIMBER_SHARED)")
     surface = tmp_path / "spot.obj"
-    (tmp_path / "spot.mtl").write_text("newmtl coat\nKd 1 1 1\n")
-    surface.write_text("mtllib spot.mtl\n" + drawn.read_text())
+    (tmp_path / "spot.mtl").write_text("newmtl coat\nKd 1 0.5 0.25\nnewmtl legs\nd 0.5\n")
+    lines = drawn.read_text().splitlines()
+    faces = [i for i, line in enumerate(lines) if line.startswith("f ")]
+    lines[faces[1000]:faces[1000]] = ["usemtl legs"]
+    lines[faces[0]:faces[0]] = ["usemtl coat"]
+    surface.write_text("mtllib spot.mtl\n" + "\n".join(lines) + "\n")
     words = [line.split() for line in surface.read_text().splitlines()]
     vertices = np.array([word[1:4] for word in words if word[:1] == ["v"]], dtype=float)
     texcoords = np.array([word[1:3] for word in words if word[:1] == ["vt"]], dtype=float)
@@ -216,6 +220,11 @@ def test_a_drawn_surface_keeps_its_vertices(server, tmp_path):
     saved = opened.save(out / "moving.glb", surface=surface)
     document, values = read(out / "moving.glb")
     faces, positions, _ = played(out / "moving.glb")
+    coat, legs = document["materials"]
+    assert (coat["name"], coat["pbrMetallicRoughness"]["baseColorFactor"]) == ("coat", [1, 0.5, 0.25, 1])
+    assert (legs["name"], legs["alphaMode"]) == ("legs", "BLEND")
+    parts = document["meshes"][0]["primitives"]
+    assert [document["accessors"][part["indices"]]["count"] for part in parts] == [3 * 1000, 3 * 4856]
     shown = values(document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]) * (1, -1) + (0, 1)
     corners = [part.split("/") for word in words if word[:1] == ["f"] for part in word[1:]]
     assert len(shown) == positions.shape[1] > 2930 and faces.size == len(corners) == 3 * 5856

@@ -14,7 +14,7 @@ const axe = readFileSync(require.resolve("axe-core"), "utf8");
 
 export const BIN = process.env.LIMBER_BIN ?? join(ROOT, "build/release/bin");
 const PICTURES = process.env.LIMBER_PICTURES ?? "";
-const PATIENCE_MS = 60_000;
+const PATIENCE_MS = 120_000;
 const CHROMIUM = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((path) =>
   existsSync(path),
 );
@@ -84,10 +84,11 @@ export async function launch() {
   return browser;
 }
 
-/** A page whose errors fail the test that looks at them: page.faults. */
-export async function visit(browser, url, options = {}) {
+/** A page whose errors fail the test that looks at them: page.faults. before: is run in the page before its own scripts. */
+export async function visit(browser, url, options = {}, before = () => undefined) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, ...options });
   const page = await context.newPage();
+  await page.addInitScript(before);
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(error.message));
   page.on("console", (message) => {
@@ -123,7 +124,8 @@ export async function settle(page, least = 0) {
         const isFinal = result?.converged && result.revision === session.revision && result.revision >= BigInt(least);
         const isHere =
           isFinal && session.motion.sequence === result.sequence && session.sceneRevision === session.revision;
-        return Boolean(isHere && session.motion.frames > 0);
+        const isShown = document.querySelector("main").dataset.shown === String(session?.motion.sequence);
+        return Boolean(isHere && isShown && session.motion.frames > 0);
       },
       least,
     );
@@ -233,5 +235,18 @@ export async function drawnPixels(page) {
 export async function keepPicture(page, name) {
   if (!PICTURES) return;
   mkdirSync(PICTURES, { recursive: true });
+  // Without a GPU edges are not smoothed: drawn at twice the size they are.
+  await page.evaluate(async () => {
+    document.activeElement?.blur();
+    const stage = window.limber.opened?.stage;
+    if (!stage) return;
+    stage.renderer.setPixelRatio(2);
+    stage.resize();
+    await new Promise((resolve) => setTimeout(resolve, 1500));
+  });
   await page.screenshot({ path: join(PICTURES, `${name}.png`) });
+  await page.evaluate(() => {
+    window.limber.opened?.stage.renderer.setPixelRatio(1);
+    window.limber.opened?.stage.resize();
+  });
 }

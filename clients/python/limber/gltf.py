@@ -4,20 +4,39 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import dataclass
+from typing import Any, Sequence
 
 import numpy as np
 
 from .moving import MovingSurface
 
+COLOUR = (0.75, 0.55, 0.3, 1.0)  # where no material says one
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963  # targets of buffer views
 TURNS = {"y": [0.0, 0.0, 0.0, 1.0], "z": [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]}  # quaternions x, y, z, w to glTF's y
 
 
+@dataclass(frozen=True)
+class Material:
+    name: str
+    colour: "tuple[float, float, float, float]"  # red, green, blue, opacity, in [0, 1], linear
+    triangles: np.ndarray                        # numbers
+
+
+def _material(material: Material) -> "dict[str, Any]":
+    made = {"doubleSided": True, "pbrMetallicRoughness": {
+        "baseColorFactor": [min(max(part, 0.0), 1.0) for part in material.colour], "metallicFactor": 0.0, "roughnessFactor": 0.7}}
+    if material.colour[3] < 1:
+        made["alphaMode"] = "BLEND"
+    return {"name": material.name, **made} if material.name else made
+
+
 def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str,
-        texcoords: "np.ndarray | None" = None) -> bytes:
+        texcoords: "np.ndarray | None" = None, materials: "Sequence[Material]" = ()) -> bytes:
     """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y.
-    texcoords: vertices x 2, from the upper left corner."""
+    texcoords: vertices x 2, from the upper left corner; materials: of all triangles, each of which is in one."""
+    materials = materials or [Material("", COLOUR, np.arange(len(surface.faces)))]
     chunks, views, accessors = bytearray(), [], []
 
     def add(values: np.ndarray, kind: str, component: int, target: "int | None", bounds: bool) -> int:
@@ -33,20 +52,21 @@ def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: 
     def vectors(values: np.ndarray) -> int:
         return add(np.ascontiguousarray(values, dtype="<f4"), "VEC3", FLOAT, VERTICES, True)
 
-    primitive = {"attributes": {"POSITION": vectors(base)}, "material": 0, "mode": 4,
-                 "indices": add(np.ascontiguousarray(surface.faces.ravel(), dtype="<u4"), "SCALAR", UINT, INDICES, False)}
+    attributes = {"POSITION": vectors(base)}
     if texcoords is not None:
-        primitive["attributes"]["TEXCOORD_0"] = add(np.ascontiguousarray(texcoords, dtype="<f4"), "VEC2", FLOAT, VERTICES, False)
-    mesh = {"name": surface.name or "surface", "primitives": [primitive]}
+        attributes["TEXCOORD_0"] = add(np.ascontiguousarray(texcoords, dtype="<f4"), "VEC2", FLOAT, VERTICES, False)
+    moved = {"targets": [{"POSITION": vectors(target)} for target in targets]} if len(targets) else {}
+    primitives = [{"attributes": attributes, "material": number, "mode": 4, **moved, "indices": add(
+        np.ascontiguousarray(surface.faces[material.triangles].ravel(), dtype="<u4"), "SCALAR", UINT, INDICES, False)}
+        for number, material in enumerate(materials)]
+    mesh = {"name": surface.name or "surface", "primitives": primitives}
     document = {
         "asset": {"version": "2.0", "generator": "limber"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "nodes": [{"name": surface.name or "motion", "mesh": 0, "rotation": [float(part) for part in TURNS[up]],
                    "scale": [surface.metres] * 3}],
-        "materials": [{"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [0.75, 0.55, 0.3, 1.0],
-                                                                      "metallicFactor": 0.0, "roughnessFactor": 0.7}}],
+        "materials": [_material(material) for material in materials],
         "meshes": [mesh]}
     if len(targets):
-        primitive["targets"] = [{"POSITION": vectors(target)} for target in targets]
         mesh["weights"] = [float(weight) for weight in weights[0]]
         mesh["extras"] = {"targetNames": [f"motion {k + 1}" for k in range(len(targets))]}
         times = (np.arange(len(weights)) / surface.frames_per_second).astype("<f4")

@@ -19,6 +19,8 @@ class ObjSurface:
     texcoords: np.ndarray  # m x 2; none: 0 x 2
     corners: np.ndarray    # triangles x 3: vertices, polygons cut into fans
     textures: np.ndarray   # triangles x 3: texture coordinates, -1: none
+    materials: np.ndarray  # triangles: numbers of names; -1: none
+    names: tuple[str, ...]  # of materials, in the order of their first use
     content: bytes
     libraries: tuple[Path, ...]  # of materials, that are beside it
 
@@ -26,6 +28,9 @@ class ObjSurface:
 def load(path: Path, field: str) -> ObjSurface:
     content = read(path, field)
     vertices, texcoords, corners, textures, libraries = [], [], [], [], []
+    materials: "list[int]" = []
+    names: "dict[str, int]" = {}
+    material = -1
     try:
         for line in content.decode("utf-8", "replace").splitlines():
             words = line.split()
@@ -41,13 +46,16 @@ def load(path: Path, field: str) -> ObjSurface:
                     fan = (face[0], face[i], face[i + 1])
                     corners.append([corner[0] for corner in fan])
                     textures.append([corner[1] for corner in fan])
+                    materials.append(material)
+            elif words[0] == "usemtl":
+                material = names.setdefault(line.split(maxsplit=1)[1].strip(), len(names))
             elif words[0] == "mtllib":
                 libraries.append(path.parent / line.split(maxsplit=1)[1].strip())
     except (ValueError, IndexError) as error:
         raise LimberError("MALFORMED", f"{path} is no .obj of a surface: {error}", field) from error
     made = ObjSurface(np.array(vertices, dtype=float).reshape(-1, 3), np.array(texcoords, dtype=float).reshape(-1, 2),
                       np.array(corners, dtype=np.int64).reshape(-1, 3), np.array(textures, dtype=np.int64).reshape(-1, 3),
-                      content, tuple(library for library in libraries if library.is_file()))
+                      np.array(materials, dtype=np.int64), tuple(names), content, tuple(library for library in libraries if library.is_file()))
     if not len(made.corners) or made.corners.min() < 0 or made.corners.max() >= len(vertices):
         raise LimberError("MALFORMED", f"{path} has no faces, or faces of vertices that are not there", field)
     return made
@@ -60,3 +68,23 @@ def _corner(word: str, vertices: int, texcoords: int) -> "tuple[int, int]":
     texture = int(parts[1]) if len(parts) > 1 and parts[1] else 0
     return (vertex - 1 if vertex > 0 else vertices + vertex,
             -1 if texture == 0 else texture - 1 if texture > 0 else texcoords + texture)
+
+
+def colours(surface: ObjSurface) -> "dict[str, tuple[float, float, float, float]]":
+    """Of materials, as their libraries have them: diffuse colour and opacity. Textures are left out."""
+    found: "dict[str, tuple[float, float, float, float]]" = {}
+    for library in surface.libraries:
+        name = ""
+        for line in read(library, "surface").decode("utf-8", "replace").splitlines():
+            words = line.split()
+            try:
+                if words[:1] == ["newmtl"]:
+                    name = line.split(maxsplit=1)[1].strip()
+                    found[name] = (0.8, 0.8, 0.8, 1.0)
+                elif words[:1] == ["Kd"] and name:
+                    found[name] = (*(float(word) for word in (words[1:] * 3)[:3]), found[name][3])
+                elif words[:1] == ["d"] and name:
+                    found[name] = (*found[name][:3], float(words[-1]))
+            except (ValueError, IndexError):
+                continue  # a line that says no colour
+    return found

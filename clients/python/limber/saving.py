@@ -76,8 +76,20 @@ def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", toler
         surface = replace(surface, faces=corners.reshape(-1, 3), positions=surface.positions[:, pairs[0]])
     base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
     targets, weights = morphs.one_sided(targets, weights)
-    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords))
+    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords, _materials(drawn)))
     return Saved((target,), len(surface.positions), len(base), len(targets), error)
+
+
+def _materials(drawn: "ObjSurface | None") -> "list[gltf.Material]":
+    """Those that a drawn surface uses."""
+    if drawn is None:
+        return []
+    colours = obj_files.colours(drawn)
+    made = []
+    for number in np.unique(drawn.materials).tolist():
+        name = drawn.names[number] if number >= 0 else ""
+        made.append(gltf.Material(name, colours.get(name, gltf.COLOUR), np.flatnonzero(drawn.materials == number)))
+    return made
 
 
 def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> Saved:

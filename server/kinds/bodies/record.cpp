@@ -268,7 +268,13 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
   note_result(
       std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {
+        // Whose modes were found to be enough: the frames that streams have already.
+        const bool is_sent = newest_ && newest_->awaits_modes && !result->awaits_modes &&
+                             newest_->revision == result->revision &&
+                             newest_->mode_changes == result->mode_changes &&
+                             newest_->check == result->check;
         newest_ = result;
+        if (is_sent) return nullptr;
         if (!geometry_ && !result->is_first_picture) return nullptr;
         return frames_of(result);
       },

@@ -43,7 +43,7 @@ class PlainSocket {
     std::string bytes(count, '\0');
     std::size_t at = 0;
     pollfd item{file_, POLLIN, 0};
-    while (at < count && ::poll(&item, 1, 30'000) > 0) {
+    while (at<count&& ::poll(&item, 1, 30'000)> 0) {
       const auto got = ::recv(file_, bytes.data() + at, count - at, 0);
       if (got <= 0) break;
       at += static_cast<std::size_t>(got);

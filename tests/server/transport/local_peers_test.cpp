@@ -70,7 +70,8 @@ struct LocalPeersOfATransport : ::testing::Test {
                      [](const Address&, const UnreadReplies::Excess&) { return std::string(); },
                      [](const std::string&) {},
                      [this](const std::string& client) {
-                       transport_diary.add(client == clients.back() ? "gone" : "who?");
+                       transport_diary.add(!clients.empty() && client == clients.back() ? "gone"
+                                                                                        : "who?");
                      }});
   }
   ~LocalPeersOfATransport() override { transport.stop(); }

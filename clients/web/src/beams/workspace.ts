@@ -1,7 +1,7 @@
 import { Vector3 } from "three";
 import type { BeamStructure } from "../../gen/limber/v1/beam_structure_pb";
 import type { BeamSolution } from "../../gen/limber/v1/beams_pb";
-import { choice, el, field, number } from "../controls/dom";
+import { choice, el, field, number, picker } from "../controls/dom";
 import { gravityField, vectorField } from "../controls/vectors";
 import { Legend, normalize } from "../rods/colors";
 import { SweptRods } from "../rods/sweep";
@@ -80,6 +80,7 @@ export class BeamWorkspace implements Workspace {
     if (!this.shapes) {
       this.shapes = new BeamShapes(geometry, this.structure);
       this.rods.setStrips(this.shapes.strips);
+      this.drawChosen();
     }
     if (!motion.frames) return null;
     const low = new Vector3(Infinity, Infinity, Infinity);
@@ -392,6 +393,12 @@ export class BeamWorkspace implements Workspace {
           ]),
         ),
       );
-    } else this.chosen.replaceChildren(el("p", { class: "quiet" }, "Click a node or a beam."));
+    } else {
+      this.chosen.replaceChildren(
+        el("p", { class: "quiet" }, "Click a node or a beam, or:"),
+        picker("Node", this.shapes?.nodes ?? 0, (index) => this.select(`b${index}`)),
+        picker("Beam", this.shapes?.count ?? 0, (index) => this.select(`e${index}`)),
+      );
+    }
   }
 }

@@ -63,8 +63,8 @@ void main() {
   result = vec4(normal / max(length(normal), 1e-30), 0.0);
 }`;
 
-/** Half floats are used where rounding moves no vertex by more than this share of the body's length. */
-const HALF_ERROR_SHARE = 1e-4;
+/** Half floats are used where rounding moves no vertex by more than this share of the body's length: a third of a pixel. */
+const HALF_ERROR_SHARE = 5e-4;
 const HALF_ROUNDING = 2 ** -11;
 const PAIRS_WIDTH = 1024;
 

@@ -3,7 +3,7 @@ import {
   BufferGeometry,
   Group,
   Mesh,
-  MeshStandardMaterial,
+  MeshLambertMaterial,
   type Ray,
   Raycaster,
   Vector2,
@@ -125,7 +125,7 @@ export class BodySurface {
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * this.vertices.length), 3));
     geometry.setIndex(new BufferAttribute(this.triangles, 1));
-    const material = new MeshStandardMaterial({ color: 0xdc8a5c, roughness: 0.62, metalness: 0 });
+    const material = new MeshLambertMaterial({ color: 0xdc8a5c });
     material.onBeforeCompile = (shader) => useTextures(shader, deformer);
     const mesh = new Mesh(geometry, material);
     mesh.frustumCulled = false;

@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
-import { button, el } from "../controls/dom";
+import { button, el, picker } from "../controls/dom";
 import { NewestWins } from "../session/newest";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
@@ -71,6 +71,7 @@ export class BodyWorkspace implements Workspace {
     if (!geometry) return null;
     const box = this.surface.setGeometry(geometry);
     this.extent = box[0].distanceTo(box[1]);
+    this.drawSelection();
     return box;
   }
 
@@ -277,6 +278,18 @@ export class BodyWorkspace implements Workspace {
     this.group = [];
   }
 
+  /** At rest in this frame, to be changed in the panel. */
+  private holdVelocity(): void {
+    const { frame } = this.desk;
+    const held: ConstraintInit = {
+      frame,
+      nodes: this.group,
+      target: { case: "velocity", value: { x: 0, y: 0, z: 0 } },
+    };
+    this.desk.send([{ edit: { case: "add", value: { constraint: held } } }]);
+    this.group = [];
+  }
+
   /** Which nodes never move is a matter of the scene, not of an edit. */
   private fixGroup(): void {
     const fixed = this.group;
@@ -365,6 +378,7 @@ export class BodyWorkspace implements Workspace {
           "div",
           { class: "row" },
           button("Hold here", () => this.holdGroup()),
+          button("Hold its velocity", () => this.holdVelocity()),
           button("Fix (opens anew)", () => this.fixGroup()),
           button("Clear", () => this.select(null)),
         ),
@@ -387,6 +401,7 @@ export class BodyWorkspace implements Workspace {
     };
     this.selectionBody.replaceChildren(
       ...content,
+      picker("Node", this.surface.basis?.nodes ?? 1, (node) => this.noteNodes([node])),
       this.constraints.length ? list : el("p", { class: "quiet" }, "None yet: drag a point of the body."),
       el("label", { class: "field" }, el("span", {}, "Show trajectories"), traces),
     );

@@ -53,6 +53,29 @@ export function choice(
   return made;
 }
 
+/** Selects a thing by its number: for who has no pointer. count: of these things. */
+export function picker(name: string, count: number, picked: (index: number) => void): HTMLElement {
+  const box = el("input", {
+    type: "number",
+    min: "0",
+    max: String(count - 1),
+    step: "1",
+    "aria-label": `${name} by number`,
+  });
+  const take = (): void => {
+    if (box.value !== "" && box.validity.valid) picked(box.valueAsNumber);
+  };
+  box.onkeydown = (event) => {
+    if (event.key === "Enter") take();
+  };
+  return el(
+    "div",
+    { class: "row" },
+    el("label", {}, `${name} `, box),
+    button("Select", take, { "aria-label": `Select the ${name.toLowerCase()}` }),
+  );
+}
+
 /** A number of few digits, as people read it. */
 export function number(value: number, digits = 3): string {
   if (!Number.isFinite(value)) return "not known";

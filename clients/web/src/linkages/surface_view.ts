@@ -1,4 +1,4 @@
-import { type BufferGeometry, DoubleSide, Mesh, MeshStandardMaterial, type Object3D, Vector3 } from "three";
+import { type BufferGeometry, DoubleSide, Mesh, MeshLambertMaterial, type Object3D, Vector3 } from "three";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
 import { STLLoader } from "three/addons/loaders/STLLoader.js";
@@ -21,7 +21,7 @@ function read(name: string, content: Uint8Array): BufferGeometry[] {
 /** The surface that a linkage is designed for, where the design has put it. */
 export class SurfaceView {
   private meshes: Mesh[] = [];
-  private readonly material = new MeshStandardMaterial({
+  private readonly material = new MeshLambertMaterial({
     color: 0x5b8fa8,
     transparent: true,
     opacity: 0.28,

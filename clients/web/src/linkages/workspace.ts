@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import { Held, type JointLoad, type LinkageTarget } from "../../gen/limber/v1/scene_pb";
-import { button, choice, el, field, number } from "../controls/dom";
+import { button, choice, el, field, number, picker } from "../controls/dom";
 import { gravityField } from "../controls/vectors";
 import { Legend, normalize } from "../rods/colors";
 import { SweptRods } from "../rods/sweep";
@@ -72,6 +72,7 @@ export class LinkageWorkspace implements Workspace {
       this.rods.setStrips(this.shapes.strips);
       this.stiffness = this.defaultStiffness();
       this.drawControls();
+      this.drawJoint();
     }
     const points = motion.frames ? this.shapes.jointPositions(motion.frame(motion.frames - 1)) : [];
     const low = new Vector3(Infinity, Infinity, Infinity);
@@ -394,7 +395,10 @@ export class LinkageWorkspace implements Workspace {
     if (joint !== null && this.joint.contains(document.activeElement) && document.activeElement?.tagName === "INPUT")
       return;
     if (joint === null) {
-      this.joint.replaceChildren(el("p", { class: "quiet" }, "Click a joint."));
+      this.joint.replaceChildren(
+        el("p", { class: "quiet" }, "Click a joint, or:"),
+        picker("Joint", this.shapes?.joints ?? 0, (index) => this.select(`j${index}`)),
+      );
       return;
     }
     const { motion } = this.desk.session;

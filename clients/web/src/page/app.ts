@@ -31,6 +31,7 @@ export class App {
   /** What a session was opened from, to open it again where the server has lost it. */
   private source: { mesh: MeshSource | undefined; design: DesignStart | null } = { mesh: undefined, design: null };
   private isRestoring = false;
+  private wasConnected = false;
 
   constructor(base: string, token: string) {
     const query = token ? `?token=${encodeURIComponent(token)}` : "";
@@ -89,8 +90,8 @@ export class App {
     this.showHome();
     const name = decodeURIComponent(location.hash.slice(1));
     try {
-      this.home.setSamples((await this.connection.call("getSample", {})).names);
-      await this.listSessions(name);
+      const [{ names }] = await Promise.all([this.connection.call("getSample", {}), this.listSessions(name)]);
+      this.home.setSamples(names);
     } catch (error) {
       this.fail(error);
     }
@@ -237,6 +238,22 @@ export class App {
     this.state.textContent = words[state];
     this.state.className = `state ${state}`;
     document.body.dataset.connection = state;
+    if (state === "open") this.wasConnected = true;
+    else if (state === "lost" && !this.wasConnected) void this.suspectToken();
+  }
+
+  /** A server that gives files and no connection does not know this page's token; browsers do not tell why. */
+  private async suspectToken(): Promise<void> {
+    const isThere = await fetch("icon.svg", { cache: "no-store" }).then(
+      ({ ok }) => ok,
+      () => false,
+    );
+    if (isThere && !this.wasConnected) {
+      this.notices.add(
+        "bad",
+        "The server refuses this page: its address has no token, or an old one. `limber web` prints the right one.",
+      );
+    }
   }
 
   private retry(): void {

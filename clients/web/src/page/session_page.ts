@@ -13,6 +13,9 @@ import type { Notices } from "./notices";
 import { explainPanel, ResultsPanel } from "./results_panel";
 import { Timeline } from "./timeline";
 
+/** Frames of an arrow key with Shift. */
+const LONG_STEP = 10;
+
 /** A session on the page: its picture, timeline and panels. */
 export class SessionPage implements Desk {
   readonly element: HTMLElement;
@@ -24,6 +27,7 @@ export class SessionPage implements Desk {
   private readonly people = el("ul", { class: "log" });
   private results: ResultsPanel | null = null;
   private isFramed = false;
+  private isScheduled = false;
 
   /** Throws where the browser has no WebGL 2. */
   constructor(
@@ -58,9 +62,9 @@ export class SessionPage implements Desk {
     session.on("status", () => this.statusChanged());
     session.on("result", () => this.resultChanged());
     session.on("geometry", () => this.geometryChanged());
-    session.on("motion", () => this.motionChanged());
+    session.on("motion", () => this.schedule());
     session.on("scene", () => this.sceneChanged());
-    session.on("others", ({ from, to }) => this.tellOthers(from, to));
+    session.on("others", ({ from, to, changes }) => this.tellOthers(from, to, changes));
     session.on("trouble", (error) => this.fail(error));
   }
 
@@ -94,23 +98,34 @@ export class SessionPage implements Desk {
     this.notices.add("bad", inWords(error));
   };
 
-  /** True where the key was meant for the session. */
+  /** True where the key was meant for the session: what a control with the focus does with its keys goes first. */
   key(event: KeyboardEvent): boolean {
+    const { target } = event;
+    const control = target instanceof HTMLElement ? target.closest("input, select, button, summary") : null;
     const isTyping =
-      event.target instanceof HTMLInputElement && event.target.type !== "checkbox" && event.target.type !== "range";
-    if (isTyping || event.target instanceof HTMLSelectElement) return false;
-    const isControl = event.ctrlKey || event.metaKey;
+      control instanceof HTMLSelectElement || control?.matches('input:not([type="checkbox"], [type="range"])');
+    if (isTyping || document.querySelector("dialog[open]")) return false;
     const key = event.key.toLowerCase();
-    if (isControl && (key === "y" || (key === "z" && event.shiftKey))) this.redo();
-    else if (isControl && key === "z") this.undo();
-    else if (isControl || event.altKey) return false;
-    else if (event.key === " " && !(event.target instanceof HTMLButtonElement)) this.timeline.toggle();
-    else if (event.key === "ArrowLeft") this.timeline.step(event.shiftKey ? -10 : -1);
-    else if (event.key === "ArrowRight") this.timeline.step(event.shiftKey ? 10 : 1);
+    if (event.ctrlKey || event.metaKey) {
+      if (key === "y" || (key === "z" && event.shiftKey)) this.redo();
+      else if (key === "z") this.undo();
+      else return false;
+      return true;
+    }
+    if (event.altKey) return false;
+    if (event.key === "Delete" || event.key === "Backspace") this.workspace?.removeSelected();
+    else if (event.key === "Escape") this.workspace?.select(null);
+    else return control === null && this.timelineKey(event);
+    return true;
+  }
+
+  private timelineKey(event: KeyboardEvent): boolean {
+    const step = event.shiftKey ? LONG_STEP : 1;
+    if (event.key === " ") this.timeline.toggle();
+    else if (event.key === "ArrowLeft") this.timeline.step(-step);
+    else if (event.key === "ArrowRight") this.timeline.step(step);
     else if (event.key === "Home") this.timeline.goTo(0);
     else if (event.key === "End") this.timeline.goTo(Number.MAX_SAFE_INTEGER);
-    else if (event.key === "Delete" || event.key === "Backspace") this.workspace?.removeSelected();
-    else if (event.key === "Escape") this.workspace?.select(null);
     else return false;
     return true;
   }
@@ -174,13 +189,13 @@ export class SessionPage implements Desk {
       this.overlay.textContent =
         line.tone === "good" || isPictured ? "" : `${KIND_WORDS[status.kind] ?? status.kind}: ${line.text}`;
     }
-    this.results?.update();
+    this.schedule();
     this.element.dataset.state = status ? describeState(status).text : "";
   }
 
   private resultChanged(): void {
     this.workspace?.resultChanged();
-    this.results?.update();
+    this.schedule();
     const { result } = this.session;
     if (result) this.element.dataset.result = describeResult(result).text;
   }
@@ -192,17 +207,26 @@ export class SessionPage implements Desk {
     this.stage.frame(box[0], box[1], this.workspace.up);
   }
 
-  private motionChanged(): void {
+  /** Once a picture, however many results come meanwhile. */
+  private schedule(): void {
+    if (this.isScheduled) return;
+    this.isScheduled = true;
+    requestAnimationFrame(() => {
+      this.isScheduled = false;
+      if (!this.stage.closed.aborted) this.showNewest();
+    });
+  }
+
+  private showNewest(): void {
     const { workspace, session } = this;
-    if (!workspace) return;
+    this.results?.update();
+    if (!workspace || session.motion.frames === 0) return;
     const isPath = session.kind !== "bodies";
     this.timeline.set(session.motion.frames, workspace.rate, workspace.frameName, isPath);
     if (!this.isFramed) this.geometryChanged();
     workspace.show(this.frame);
     this.overlay.textContent = "";
-    this.results?.update();
-    this.element.dataset.sequence = String(session.motion.sequence);
-    this.element.dataset.revision = String(session.result?.revision ?? "");
+    this.element.dataset.shown = String(session.motion.sequence);
     this.refresh();
   }
 
@@ -221,12 +245,13 @@ export class SessionPage implements Desk {
     this.workspace?.show(frame);
   }
 
-  private tellOthers(from: bigint, to: bigint): void {
-    const what = from === to ? `revision ${to}` : `revisions ${from} to ${to}`;
+  private tellOthers(from: bigint, to: bigint, changes: string[]): void {
+    const revisions = from === to ? `revision ${to}` : `revisions ${from} to ${to}`;
+    const what = changes.length ? `${revisions}: ${changes.join(", ")}` : revisions;
     const time = new Date().toLocaleTimeString();
     if (this.people.firstElementChild?.classList.contains("quiet")) this.people.replaceChildren();
     this.people.prepend(el("li", {}, `${time}: somebody else made ${what}`));
     while (this.people.children.length > 20) this.people.lastElementChild?.remove();
-    this.notices.add("busy", `Somebody else edited: ${what}.`);
+    this.notices.add("busy", `Somebody else edited, ${what}.`);
   }
 }

@@ -5,7 +5,7 @@ import {
   FloatType,
   Group,
   Mesh,
-  MeshStandardMaterial,
+  MeshLambertMaterial,
   NearestFilter,
   RGBAFormat,
   ShapeUtils,
@@ -68,7 +68,7 @@ export class SweptRods {
   private mesh: Mesh | null = null;
   private line = texture(1);
   private directors = texture(1);
-  private readonly material = new MeshStandardMaterial({ color: 0xc9a26a, roughness: 0.55 });
+  private readonly material = new MeshLambertMaterial({ color: 0xc9a26a });
   private readonly isColored = { value: 0 };
 
   constructor(private readonly stage: Stage) {

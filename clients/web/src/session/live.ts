@@ -14,6 +14,7 @@ import {
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
 import type { Streams } from "../wire/streams";
+import { describeChanges } from "./changes";
 import { History } from "./history";
 import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
@@ -29,7 +30,7 @@ export interface SessionEvents {
   scene: Scene;
   design: DesignInfo;
   /** Revisions that this page did not make. */
-  others: { from: bigint; to: bigint };
+  others: { from: bigint; to: bigint; changes: string[] };
   /** Something of the background work went wrong. */
   trouble: unknown;
   closed: { isServerStopped: boolean };
@@ -45,7 +46,13 @@ export interface SessionName {
 
 /** Frames of a request; motions are fetched in parts of this many numbers. */
 const FETCHED_NUMBERS = 8_000_000;
+/** Motions up to this many frames come in one message, whatever their size. */
+const UNPROBED_FRAMES = 8192;
 const SCENE_DELAY_MS = 120;
+const BEHIND_MS = 800;
+const KEPT_SCENES = 6;
+/** By then an edit of this page has its answer, and the scene of others' edits is here. */
+const OTHERS_DELAY_MS = 500;
 
 /** A session as this page holds it: status, scene, geometry and motion, kept up to date by its topics. */
 export class LiveSession {
@@ -63,7 +70,10 @@ export class LiveSession {
   private readonly handlers = new Map<string, Set<(value: never) => void>>();
   private readonly topics: string[];
   private queue: Promise<void> = Promise.resolve();
+  /** The newest few, to tell what others changed. */
+  private readonly scenes: { revision: bigint; scene: Scene }[] = [];
   private sceneTimer = 0;
+  private behindTimer = 0;
   private sceneRevision = -1n;
   private isClosed = false;
 
@@ -142,6 +152,7 @@ export class LiveSession {
   close(): void {
     this.isClosed = true;
     window.clearTimeout(this.sceneTimer);
+    window.clearTimeout(this.behindTimer);
     for (const topic of this.topics) this.streams.unsubscribe(topic);
     this.handlers.clear();
   }
@@ -196,7 +207,7 @@ export class LiveSession {
       let foreign = 0n;
       for (let at = from; at <= revision && at < from + 1000n; at++) if (!this.own.delete(at)) foreign = at;
       // Edits of this page are seen here before their answer, where the status is faster: look once more then.
-      if (isKnown && foreign) window.setTimeout(() => this.tellOthers(from, foreign), 300);
+      if (isKnown && foreign) window.setTimeout(() => this.tellOthers(from, foreign), OTHERS_DELAY_MS);
     }
     if (this.sceneRevision < this.revision) this.scheduleScene();
   }
@@ -204,7 +215,10 @@ export class LiveSession {
   private tellOthers(from: bigint, to: bigint): void {
     let foreign = false;
     for (let at = from; at <= to; at++) if (!this.own.delete(at)) foreign = true;
-    if (foreign) this.emit("others", { from, to });
+    if (!foreign) return;
+    const before = this.scenes.findLast(({ revision }) => revision < from)?.scene;
+    const changes = before && this.scene ? describeChanges(before, this.scene) : [];
+    this.emit("others", { from, to, changes });
   }
 
   private scheduleScene(): void {
@@ -226,6 +240,8 @@ export class LiveSession {
 
   private takeScene(scene: Scene, revision: bigint): void {
     this.scene = scene;
+    this.scenes.push({ revision, scene });
+    if (this.scenes.length > KEPT_SCENES) this.scenes.shift();
     this.sceneRevision = revision;
     this.emit("scene", scene);
   }
@@ -235,13 +251,18 @@ export class LiveSession {
       this.emit("closed", { isServerStopped: status.serverStopped });
       return;
     }
-    const wasReady = this.isReady;
     this.see(status.revision);
     this.status = status;
     this.emit("status", status);
     if (status.result) this.takeResult(status.result);
-    const isBehind = status.result && status.result.sequence > this.motion.sequence;
-    if (isBehind && (!wasReady || this.motion.frames === 0)) this.enqueue(() => this.catchUp(status));
+    if (this.isBehind && this.motion.frames === 0) this.enqueue(() => this.catchUp());
+    else if (this.isBehind && !this.behindTimer) {
+      // Frames are a little behind the status; where they do not come, a message was missed.
+      this.behindTimer = window.setTimeout(() => {
+        this.behindTimer = 0;
+        this.enqueue(() => this.catchUp());
+      }, BEHIND_MS);
+    }
   }
 
   private takeDesign(design: DesignInfo): void {
@@ -255,8 +276,13 @@ export class LiveSession {
     this.emit("result", result);
   }
 
-  private async catchUp(status: SessionStatus): Promise<void> {
-    if ((status.result?.sequence ?? 0n) > this.motion.sequence) await this.fetchMotion();
+  /** The newest result is not the one whose motion is here. */
+  private get isBehind(): boolean {
+    return (this.status?.result?.sequence ?? 0n) > this.motion.sequence;
+  }
+
+  private async catchUp(): Promise<void> {
+    if (this.isBehind) await this.fetchMotion();
   }
 
   private async takeFrames(frames: Frames): Promise<void> {
@@ -278,11 +304,13 @@ export class LiveSession {
   private async fetchMotion(): Promise<void> {
     const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
     for (;;) {
-      const probe = await this.connection.call("getFrames", { ...wanted, firstFrame: 0, frameCount: 1 });
-      if (!probe.frames) return;
-      const numbers = (probe.frames.data?.data.byteLength ?? 4) / 4;
-      const step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
       const total = this.kind === "bodies" ? (this.status?.frames ?? 1) : 0;
+      let step = total;
+      if (total > UNPROBED_FRAMES) {
+        const probe = await this.connection.call("getFrames", { ...wanted, firstFrame: 0, frameCount: 1 });
+        const numbers = (probe.frames?.data?.data.byteLength ?? 4) / 4;
+        step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
+      }
       const parts: Frames[] = [];
       let at = 0;
       do {

@@ -18,6 +18,15 @@ export type UpAxis = "y" | "z";
 /** Of the picture's height and width that a framed box may fill. */
 const MARGIN = 0.82;
 
+/** Whether pictures are drawn by the processor: then at its own resolution and without smoothed edges, to be quick. */
+function isSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
 /** Canvas, camera and lights. Draws when something changed, and never otherwise. */
 export class Stage {
   readonly renderer: WebGLRenderer;
@@ -37,8 +46,9 @@ export class Stage {
 
   /** Throws where the browser has no WebGL 2. */
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    const isSlow = isSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !isSlow });
+    this.renderer.setPixelRatio(isSlow ? 1 : Math.min(2, window.devicePixelRatio));
     this.scene.background = new Color(0xf3f5f6);
     const key = new DirectionalLight(0xffffff, 1.9);
     key.position.set(0.6, 1, 0.9);
