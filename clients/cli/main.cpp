@@ -77,6 +77,7 @@ void add_commands(CLI::App& app, Context& context) {
       app, context, {cli::beams::load_node, cli::beams::load_element, cli::linkages::load_joint});
   cli::add_gravity_command(app, context);
   cli::add_result_commands(app, context);
+  cli::add_render_command(app, context);
 }
 
 int run(int argc, char** argv) {

@@ -12,7 +12,7 @@ const require = createRequire(join(ROOT, "clients/web/package.json"));
 const { chromium } = require("playwright-core");
 const axe = readFileSync(require.resolve("axe-core"), "utf8");
 
-const BIN = process.env.LIMBER_BIN ?? join(ROOT, "build/release/bin");
+export const BIN = process.env.LIMBER_BIN ?? join(ROOT, "build/release/bin");
 const PICTURES = process.env.LIMBER_PICTURES ?? "";
 const PATIENCE_MS = 120_000;
 const CHROMIUM = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((path) =>

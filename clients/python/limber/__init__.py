@@ -28,6 +28,7 @@ from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
 from .bodies.session import Constraint, Session
 from .bodies.simulations import Simulation, force, simulation
+from .browsing import SessionPage
 from .edits import redo, undo
 from .errors import LimberError, ServerRestarted, ServerStopped, ServerUnreachable
 from .exports import Export
@@ -60,7 +61,7 @@ __all__ = [
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
-    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape", "Simulation", "StartingGrid",
+    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionPage", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",

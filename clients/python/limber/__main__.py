@@ -22,6 +22,10 @@ def main(arguments: "list[str] | None" = None) -> int:
                                    description="Which laths a linkage or a structure of beams is made of, with their holes."))
     _add_save(commands.add_parser("save", help="a motion as .glb, .mdd, .pc2 or .csv"))
     _add_picture(commands.add_parser("picture", help="a .png, .svg or .pdf, coloured by stress, strain, displacement"))
+    _add_html(commands.add_parser("html", help="a motion and its player in one .html, which needs no server"))
+    _add_render(commands.add_parser("render", help="a .png, .mp4 or .gif as the page draws it, without a display",
+                                    description="Draws a session as the page does, without a display. Needs Chromium, and for "
+                                                "films ffmpeg."))
     given = parser.parse_args(arguments)
     try:
         with connect(given.endpoint) as server:
@@ -99,6 +103,45 @@ def _picture(server: "object", given: argparse.Namespace) -> None:
     print(server.session(given.session).picture(  # type: ignore[attr-defined]
         given.file, colour=given.colour, frame=given.frame, view=given.view, up=given.up, title=given.title,
         yield_stress=given.yield_stress))
+
+
+def _add_html(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("file")
+    _add_played(parser)
+    parser.set_defaults(run=_html)
+
+
+def _add_played(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of bodies, as a share of the size (%(default)g)")
+    parser.add_argument("--up", choices=("y", "z"), help="of the scene (y of bodies, z of linkages and beams)")
+    parser.add_argument("--rate", type=float, help="frames a second (the scene's; of linkages and beams 24)")
+    parser.add_argument("--surface", help="an .obj that was drawn around the tets of a body and follows them")
+
+
+def _html(server: "object", given: argparse.Namespace) -> None:
+    saved = server.session(given.session).save_html(  # type: ignore[attr-defined]
+        given.file, tolerance=given.tolerance, up=given.up, frames_per_second=given.rate, surface=given.surface)
+    print(*saved.files, sep="\n")
+
+
+def _add_render(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("session")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, help=".png, .jpg: a frame; .mp4, .webm, .gif: all")
+    parser.add_argument("--frame", type=int, default=-1, help="of a picture; the last one by default")
+    parser.add_argument("--size", default="1280x720", metavar="WIDTHxHEIGHT", help="pixels (%(default)s)")
+    parser.add_argument("--view", type=float, nargs=2, metavar=("AZIMUTH", "ELEVATION"), help="of the eye [degree]")
+    _add_played(parser)
+    parser.set_defaults(run=_render)
+
+
+def _render(server: "object", given: argparse.Namespace) -> None:
+    width, _, height = given.size.partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise LimberError("INVALID_ARGUMENT", f"a size is WIDTHxHEIGHT in pixels, not {given.size}", "size")
+    print(server.session(given.session).render(  # type: ignore[attr-defined]
+        given.output, frame=given.frame, size=(int(width), int(height)), view=given.view, up=given.up,
+        frames_per_second=given.rate, tolerance=given.tolerance, surface=given.surface))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from typing import Sequence
 
-from . import checks
+from . import browsing, checks
 from .connection import Connection
 from .errors import LimberError, invalid
 from .server import Server
@@ -107,18 +107,29 @@ def stop(process: subprocess.Popen, patience: float = 10.0) -> int:
 
 
 def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "ipc", arguments: Sequence[str] = (),
-           cache_dir: "str | os.PathLike[str] | None" = None, timeout: float = 30.0) -> LaunchedServer:
+           cache_dir: "str | os.PathLike[str] | None" = None, timeout: float = 30.0, web: bool = False,
+           embed_in: "Sequence[str] | None" = None) -> LaunchedServer:
     """Starts a limberd of our own and connects to it. It ends with the server object, or with this process.
 
     binary: default see find_binary(); transport: "ipc" (sockets in a folder that goes with the server) or "tcp" (free
     ports on loopback, for other clients too); arguments: more options of limberd; cache_dir: for built models (default:
     limberd's own, so that a scene that was opened before is ready at once). Raises LimberError with what limberd printed
     if it does not start.
+
+    web: serves the page too, on a free port of loopback, for OpenSession.show(). embed_in: origins of pages that may embed it, such as
+    "http://localhost:8888"; in a notebook, by default those of this user's notebook servers on this machine.
     """
     if transport not in ("ipc", "tcp"):
         raise invalid("transport", f'transport is "ipc" or "tcp", not {transport!r}')
     checks.duration(timeout, "timeout")
     arguments = list(map(str, checks.several(arguments, "arguments")))
+    if checks.flag(web, "web"):
+        arguments += ["--web", "127.0.0.1:0"]
+        for origin in browsing.notebook_origins() if embed_in is None and browsing.in_notebook() else \
+                checks.several(embed_in or (), "embed_in"):
+            arguments += ["--web-frame-ancestor", checks.text(origin, "embed_in")]
+    elif embed_in is not None:
+        raise invalid("embed_in", "a server has pages to embed with web=True alone")
     binary = checks.path(binary, "binary") if binary else find_binary()
     folder = Path(tempfile.mkdtemp(prefix="limber-"))
     if len(str(folder)) > 80:  # a socket's path has at most 107 bytes

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import arrays, checks, edits, exports, pictures, saving
+from . import arrays, browsing, checks, edits, exports, pictures, player, rendering, saving
+from .browsing import SessionPage
 from .errors import LimberError
 from .exports import Export
 from .messages import common, service
 from .motion import MotionStream
 from .moving import MovingPoints, MovingSurface
 from .pictures import Coloured
+from .player import Played
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
 from .saving import Saved
@@ -250,6 +252,44 @@ class OpenSession:
         """
         return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes,
                            surface=surface)
+
+    def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:
+        """The newest result as the player of save_html() takes it; drawn: as of moving_surface()."""
+        raise LimberError("UNSUPPORTED", "sessions of this kind have no picture that the player knows", "session")
+
+    def save_html(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str | None = None,
+                  frames_per_second: float | None = None, surface: "str | os.PathLike[str] | None" = None) -> Saved:
+        """Writes the motion of the newest result as one .html that plays it in any browser with WebGL 2, without a server and
+        without a network: play, scrub, turn, come nearer.
+
+        tolerance: of bodies, how far a vertex may be off, as a share of the size; Saved.error says by how much one is (of
+        linkages and beams: a number of a frame, by its rounding to 16 bits). up: "y" or "z" of the scene; by default y of bodies and z
+        of the others. frames_per_second, surface: as of save(); where a scene carries a surface that one is shown.
+        """
+        return player.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, surface=surface)
+
+    def render(self, path: "str | os.PathLike[str]", *, frame: int = -1, size: Sequence[int] = (1280, 720),
+               view: "Sequence[float] | None" = None, up: str | None = None, frames_per_second: float | None = None,
+               tolerance: float = saving.TOLERANCE, surface: "str | os.PathLike[str] | None" = None,
+               progress: ProgressOption = None) -> Path:
+        """Draws the newest result as the page does, without a display: a .png or .jpg of a frame, a .mp4, .webm or .gif of all.
+
+        Needs Chromium, and for films ffmpeg. size: width and height [pixel]; view: azimuth and elevation of the eye [degree], by
+        default as the page looks; frame: of a picture, -1 is the last one; other options as of save_html(). A .gif
+        has at most 25 frames a second, others left out.
+        """
+        return rendering.render(self, path, frame=frame, size=size, view=view, up=up, frames_per_second=frames_per_second,
+                                tolerance=tolerance, surface=surface, progress=progress)
+
+    def show(self, *, height: int = 600, browser: bool | None = None) -> SessionPage:
+        """The page on which this session is seen and edited: opened in a browser, or embedded by a notebook whose cell ends with
+        this call.
+
+        height: of the frame in a notebook [pixel]; browser: whether to open a browser (by default, unless in a
+        notebook). The server must serve pages: limber.launch(web=True), `limber web`, `limberd --web`; and, for it to be embedded, name
+        the notebook's origin (`limberd --web-frame-ancestor`, launch(embed_in=...)). SessionPage.url has the address with the token.
+        """
+        return browsing.show(self, height, browser)
 
     # ---- control ----
 

@@ -16,6 +16,7 @@ const ALLOWED: Record<string, string[]> = {
   linkages: KIND,
   beams: KIND,
   page: [...KIND, "bodies", "linkages", "beams"],
+  player: ["view", "controls", "rods", "bodies", "linkages", "beams", "page"],
   main: ["page"],
 };
 /** In the page, kinds are known here alone. */

@@ -15,7 +15,8 @@ from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
-from . import edits, laths, solutions, surfaces
+from ..player import Played
+from . import edits, laths, playing, solutions, surfaces
 from .geometry import BeamGeometry
 from .results import BeamResult
 from .solutions import BeamSolution
@@ -108,6 +109,10 @@ class BeamSession(OpenSession):
         faces, positions = surfaces.swept(scene.beams.structure, self.geometry().positions(coordinates),
                                           self.geometry().rotations(coordinates))
         return MovingSurface(scene.name or self.id, faces, positions, PATH_RATE, 1.0)
+
+    def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:
+        """Positions and rotations of nodes, of which the player sweeps the elements."""
+        return playing.played(self, drawn)
 
     COLOURS = ("none", "displacement", "stress", "utilisation")
 

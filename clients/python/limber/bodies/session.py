@@ -15,8 +15,9 @@ from ..messages import scene as scenes, service
 from ..moving import MovingPoints, MovingSurface, of_nodes
 from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
+from ..player import Played
 from ..results import Result
-from . import edits, strains
+from . import edits, playing, strains
 from .embedding import Embedding
 from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
@@ -254,6 +255,10 @@ class Session(OpenSession):
         scene = self.settings()
         return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
                              scene.length_unit_in_metres)
+
+    def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:
+        """The surface, as a sum of few deformations."""
+        return playing.played(self, tolerance, drawn)
 
     COLOURS = ("none", "displacement", "strain", "stress")
 

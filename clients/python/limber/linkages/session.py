@@ -15,7 +15,8 @@ from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
-from . import goals, laths, solutions
+from ..player import Played
+from . import goals, laths, playing, solutions
 from .designs import Design
 from .goals import Placement
 from .results import LinkageResult
@@ -257,6 +258,10 @@ class LinkageSession(OpenSession):
         scene = self.scene()
         return MovingSurface(scene.name or self.id, self.geometry().surface, self.frames(), PATH_RATE,
                              scene.length_unit_in_metres)
+
+    def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:
+        """Centrelines and directors, of which the player sweeps the rods."""
+        return playing.played(self, drawn)
 
     COLOURS = ("none", "stress", "utilisation")
 

@@ -1,0 +1,100 @@
+// render: pictures and films of a session, made by the Python client and a browser without a
+// display.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clients/cli/context.h"
+#include "clients/cpp/error.h"
+
+namespace limber::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using client::ClientError;
+
+struct RenderLine {
+  std::string session, output, size = "1280x720", up, surface;
+  int frame = -1;
+  double rate = 0;
+  std::vector<double> view;
+};
+
+/// The Python client beside the sources that this program was built of, before what is installed.
+void use_own_python() {
+  std::error_code failed;
+  const fs::path own =
+      fs::weakly_canonical(fs::path(own_folder()) / "../../../clients/python", failed);
+  if (failed || !fs::exists(own / "limber" / "__main__.py", failed)) return;
+  const char* before = std::getenv("PYTHONPATH");
+  const bool is_set = before != nullptr && *before != 0;
+  setenv("PYTHONPATH", (is_set ? own.string() + ":" + before : own.string()).c_str(), 1);
+}
+
+void render(const Context& context, const RenderLine& options) {
+  if (!context.server_key.empty() || !context.key_file.empty())
+    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "key_file",
+                      "render does not take CURVE keys; OpenSession.render() of the Python client "
+                      "does, with limber.connect(keys)");
+  const char* given = std::getenv("LIMBER_PYTHON");
+  const std::string python = given != nullptr && *given != 0 ? given : "python3";
+  std::vector<std::string> words = {python,           "-m",     "limber",        "--endpoint",
+                                    context.endpoint, "render", options.session, "-o",
+                                    options.output,   "--size", options.size};
+  words.push_back(fmt::format("--frame={}", options.frame));
+  if (options.rate > 0) words.push_back(fmt::format("--rate={}", options.rate));
+  if (!options.up.empty()) words.push_back("--up=" + options.up);
+  if (!options.surface.empty()) words.push_back("--surface=" + options.surface);
+  if (!options.view.empty()) {
+    words.emplace_back("--view");
+    for (const double angle : options.view) words.push_back(fmt::format("{}", angle));
+  }
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (auto& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  use_own_python();
+  std::fflush(nullptr);
+  execvp(argv[0], argv.data());
+  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "LIMBER_PYTHON",
+                    fmt::format("render needs Python and the Python client of limber: {}: {}",
+                                python, std::strerror(errno)));
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app, Context& context) {
+  auto options = std::make_shared<RenderLine>();
+  auto* command =
+      subcommand(app, "render",
+                 "Draw a session as the page does, without a display: a picture of a frame, or a "
+                 "film. Needs the Python client and Chromium, for films ffmpeg",
+                 "limber render flower -o flower.mp4 --size 1280x720");
+  command->add_option("session", options->session)->required();
+  command->add_option("-o,--output", options->output, "File: .png, .jpg, .mp4, .webm, .gif")
+      ->required();
+  command->add_option("--frame", options->frame, "Of a picture; -1: the last one")
+      ->capture_default_str();
+  command->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  command->add_option("--view", options->view, "Azimuth and elevation of the eye [degree]")
+      ->expected(2);
+  command->add_option("--up", options->up, "Of the scene: y (default of bodies) or z")
+      ->check(CLI::IsMember({"y", "z"}));
+  command
+      ->add_option("--rate", options->rate,
+                   "Frames a second (default: the scene's, of linkages and beams 24)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--surface", options->surface,
+                      "An .obj drawn around the tets of a body, which follows them");
+  command->callback([&context, options] { render(context, *options); });
+}
+
+}  // namespace limber::cli
