@@ -68,9 +68,11 @@ void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentenc
   if (!check.within_tolerance()) {
     sentences.push_back(fmt::format(
         "The shown motion is off by {} from the full reconstruction of the same modes, {} in frame "
-        "{} (model.tolerance is {}): energies and constraint errors are those of the model.",
+        "{} (model.tolerance is {}): {}.",
         percent(error.shape_error), percent(error.worst_frame_error), error.worst_frame,
-        percent(check.tolerance)));
+        percent(check.tolerance),
+        check.is_exact ? "energies and constraint errors are exact, the shown frames are not"
+                       : "energies and constraint errors are those of the model"));
   } else if (is_worst_frame_off(check)) {
     sentences.push_back(fmt::format(
         "The shown motion is off by {} from the full reconstruction of the same modes in frame {}, "
@@ -184,9 +186,9 @@ std::string describe_accuracy(const reduced::ModelReport& report, double toleran
   if (report.met_tolerance) return {};
   return fmt::format(
       "The model misses its tolerance: mean error {} on poses held out of its training, "
-      "model.tolerance is {}. Results are no better than that: ask for a larger model.tolerance, "
-      "or "
-      "give a larger model.basis_size and model.cubature_size.",
+      "model.tolerance is {}. Answers that are not exact yet are no better than that: ask for a "
+      "larger model.tolerance, "
+      "or give a larger model.basis_size and model.cubature_size.",
       percent(report.error_mean), percent(tolerance));
 }
 
@@ -266,6 +268,7 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   check.error = reduced::motion_error(*full_, shown, job);
   check.length = model_->length;
   check.tolerance = scene_->model.tolerance;
+  check.is_exact = request.result->is_exact;
   check.length_unit = scene_->length_unit_in_metres;
   check.shown_constraint_error = result.report.max_constraint_error;
   check.shown_velocity_error = result.report.max_velocity_error;

@@ -31,7 +31,8 @@ struct MotionCheck {
   double largest_step = 0, largest_step_of_start = 0;
   /// Typical largest displacement of the widest training poses, as linear_reach [m].
   double trained_reach = 0;
-  double check_ms = 0;  // that it took
+  bool is_exact = false;  // the result's: energies and misses are those of the full map
+  double check_ms = 0;    // that it took
 
   [[nodiscard]] bool within_tolerance() const { return error.shape_error <= tolerance; }
 };

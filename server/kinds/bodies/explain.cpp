@@ -23,8 +23,9 @@ const char* name_of(proto::Basis basis) {
 }
 
 std::string reason_of_basis(const proto::ModelInfo& model, const scene::ModelRequest& asked) {
-  std::string reason = asked.basis_size > 0
-                           ? std::string("as the scene says")
+  std::string reason = asked.basis_size > 0 ? std::string("as the scene says")
+                       : !model.met_tolerance()
+                           ? std::string("the most that are tried: the tolerance is not met")
                            : fmt::format(
                                  "the fewest that keep poses held out of the training "
                                  "within {}",
@@ -72,8 +73,9 @@ void add_choices(const proto::SessionStatus& status, const scene::Scene& scene, 
                          : fmt::format("the model took {:.2g} s to build", model.build_s()));
   explanation.choose(
       "cubature tets (T)", model.cubature_size(), by_scene(asked.cubature_size > 0),
-      asked.cubature_size > 0
-          ? std::string("as the scene says")
+      asked.cubature_size > 0 ? std::string("as the scene says")
+      : !model.met_tolerance()
+          ? fmt::format("of {} tets: the tolerance is not met", status.tets())
           : fmt::format("of {} tets the fewest that meet the same tolerance", status.tets()),
       "reconstructing a frame grows with h times T");
   if (columns != static_cast<int>(model.basis_size())) {
