@@ -147,13 +147,15 @@ StreamBytes FrameStreams::message_of(proto::Frames frames) const {
   return message.SerializeAsString();
 }
 
-/// Each message continues the one before it: none is replaced.
+/// Each message continues the one before it: none is replaced, unless by a whole motion.
 void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
   if (changes.empty()) return;
+  const bool begins = changes.front().changes().base_sequence() == 0;
   std::vector<StreamBytes> messages;
   messages.reserve(changes.size());
   for (proto::Frames& frames : changes) messages.push_back(message_of(std::move(frames)));
-  hub_.transport.publish(changes_topic_, std::move(messages), TopicSlots::Keep::kOrder);
+  hub_.transport.publish(changes_topic_, std::move(messages),
+                         begins ? TopicSlots::Keep::kBegin : TopicSlots::Keep::kOrder);
 }
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {

@@ -40,13 +40,10 @@ const std::string& LocalPeers::client_of(std::uint64_t number) const {
   return peers_.at(number).client;
 }
 
-void LocalPeers::publish(const std::string& topic, const std::vector<StreamBytes>& messages,
+void LocalPeers::publish(const std::string& topic, const SharedMessages& messages,
                          TopicSlots::Keep keep, const Subscriptions& subscriptions) const {
-  SharedMessages shared;
   for (const auto& [number, known] : peers_) {
-    if (!subscriptions.is_subscribed(number, topic)) continue;
-    if (!shared) shared = std::make_shared<const std::vector<StreamBytes>>(messages);
-    known.peer->publish(topic, shared, keep);
+    if (subscriptions.is_subscribed(number, topic)) known.peer->publish(topic, messages, keep);
   }
 }
 

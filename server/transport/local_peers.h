@@ -13,9 +13,6 @@
 
 namespace limber::server {
 
-/// Messages of one publication, shared by all who have still to send them.
-using SharedMessages = std::shared_ptr<const std::vector<StreamBytes>>;
-
 /// A client that is connected to this process by other means than the two sockets, a page's
 /// WebSocket for one. What it asks is handled as what comes by the sockets. Called on the
 /// transport's thread: must be quick, and must not call back.
@@ -50,8 +47,8 @@ class LocalPeers {
   /// In the place of a routing id: random, so that no peer of the sockets can take it.
   [[nodiscard]] const std::string& client_of(std::uint64_t number) const;
   /// To all that subscribe to the topic.
-  void publish(const std::string& topic, const std::vector<StreamBytes>& messages,
-               TopicSlots::Keep keep, const Subscriptions& subscriptions) const;
+  void publish(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep,
+               const Subscriptions& subscriptions) const;
 
  private:
   struct Known {

@@ -6,11 +6,11 @@
 
 namespace limber::server {
 
-std::size_t TopicSlots::put(const std::string& topic, std::vector<StreamBytes> messages,
+std::size_t TopicSlots::put(const std::string& topic, const SharedMessages& messages,
                             Clock::time_point now, Keep keep) {
-  if (messages.empty()) return 0;
+  if (messages->empty()) return 0;
   auto [slot, fresh] = slots_.try_emplace(topic);
-  std::deque<StreamBytes>& waiting = slot->second.messages;
+  auto& waiting = slot->second.messages;
   std::size_t given_up = 0;
   if (keep == Keep::kNewest) {
     given_up = waiting.size();
@@ -19,9 +19,9 @@ std::size_t TopicSlots::put(const std::string& topic, std::vector<StreamBytes> m
   // The waiting time continues: a stuck subscriber must not be waited for again with every new
   // message.
   if (fresh) slot->second.waiting_since = now;
-  waiting.insert(waiting.end(), std::make_move_iterator(messages.begin()),
-                 std::make_move_iterator(messages.end()));
-  for (; keep == Keep::kOrder && waiting.size() > std::max(kMostInOrder, messages.size());
+  for (const auto& bytes : *messages)
+    waiting.emplace_back(messages, &bytes);  // shares the ownership of all
+  for (; keep != Keep::kNewest && waiting.size() > std::max(kMostInOrder, messages->size());
        ++given_up)
     waiting.pop_front();
   return given_up;
@@ -32,7 +32,7 @@ void TopicSlots::flush(const Send& send, Clock::time_point now) {
     auto& [topic, content] = *slot;
     while (!content.messages.empty()) {
       const Force force = now - content.waiting_since >= patience_ ? Force::kYes : Force::kNo;
-      if (send(topic, content.messages.front(), force) == Sent::kFull) break;
+      if (send(topic, *content.messages.front(), force) == Sent::kFull) break;
       content.messages.pop_front();
       content.waiting_since = now;
     }

@@ -5,13 +5,20 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace limber::server {
 
 /// One stream message, complete but for its topic.
 using StreamBytes = std::string;
+/// Messages of one publication, shared by all who have still to send them.
+using SharedMessages = std::shared_ptr<const std::vector<StreamBytes>>;
+[[nodiscard]] inline SharedMessages shared(std::vector<StreamBytes> messages) {
+  return std::make_shared<const std::vector<StreamBytes>>(std::move(messages));
+}
 
 /// What waits to be sent, newest wins: one slot per topic. Unless its messages continue each other,
 /// a publication replaces what is left of the one before it, so a subscriber that does not keep up
@@ -31,12 +38,13 @@ class TopicSlots {
   enum class Keep {
     kNewest,  // they are given up for newer ones
     kOrder,   // they stay before newer ones; beyond kMostInOrder the oldest go
+    kBegin,   // as kOrder, of messages that need none before them
   };
   static constexpr std::size_t kMostInOrder = 64;
 
   /// @returns messages of the topic that were given up
-  std::size_t put(const std::string& topic, std::vector<StreamBytes> messages,
-                  Clock::time_point now, Keep keep = Keep::kNewest);
+  std::size_t put(const std::string& topic, const SharedMessages& messages, Clock::time_point now,
+                  Keep keep = Keep::kNewest);
 
   /// Sends what can be sent. A topic whose subscriber stays full for longer than the patience is
   /// forced: the others get it, the full one misses it.
@@ -46,7 +54,7 @@ class TopicSlots {
 
  private:
   struct Slot {
-    std::deque<StreamBytes> messages;
+    std::deque<std::shared_ptr<const StreamBytes>> messages;
     Clock::time_point waiting_since;
   };
   std::chrono::milliseconds patience_;

@@ -178,7 +178,7 @@ void Transport::publish(const std::string& topic, std::vector<StreamBytes> messa
     if (sequences_.size() >= kMaxTopics) sequences_.clear();
     std::uint64_t& sequence = sequences_[topic];
     for (auto& bytes : messages) append_sequence(bytes, ++sequence);
-    queue_.emplace_back(Publication{topic, std::move(messages), keep});
+    queue_.emplace_back(Publication{topic, shared(std::move(messages)), keep});
   }
   wake();
 }
@@ -247,7 +247,7 @@ void Transport::drain() {
   for (auto& item : items) {
     if (auto* outgoing = std::get_if<Outgoing>(&item)) {
       send_now(*outgoing);
-    } else if (auto* publication = std::get_if<Publication>(&item)) {
+    } else if (const auto* publication = std::get_if<Publication>(&item)) {
       publish_now(*publication);
     } else if (const auto* ended = std::get_if<EndedConnections>(&item)) {
       end_connections(*ended);
@@ -263,9 +263,9 @@ void Transport::drain() {
   if (is_answered) signal();
 }
 
-void Transport::publish_now(Publication& publication) {
+void Transport::publish_now(const Publication& publication) {
   local_peers_.publish(publication.topic, publication.messages, publication.keep, subscriptions_);
-  add(counters_.replaced, slots_.put(publication.topic, std::move(publication.messages),
+  add(counters_.replaced, slots_.put(publication.topic, publication.messages,
                                      TopicSlots::Clock::now(), publication.keep));
   flush_slots();  // in the order of publication as long as nobody is full
 }

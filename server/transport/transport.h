@@ -111,7 +111,7 @@ class Transport {
   };
   struct Publication {
     std::string topic;
-    std::vector<StreamBytes> messages;
+    SharedMessages messages;
     TopicSlots::Keep keep;
   };
   using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys, LocalEvent>;
@@ -125,7 +125,7 @@ class Transport {
   void send_now(Outgoing& outgoing);
   void end_connections(const EndedConnections& ended);
   void apply(AllowedKeys& allowed);
-  void publish_now(Publication& publication);
+  void publish_now(const Publication& publication);
   void flush_slots();
   // local_events.cpp
   void apply(LocalEvent& event);

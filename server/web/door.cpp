@@ -23,6 +23,11 @@ bool is_host_character(char c) {
          c == ':';
 }
 
+bool is_port(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
 bool is_loopback_name(const std::string& name) {
   if (name == "localhost") return true;
   in_addr four{};
@@ -40,16 +45,20 @@ Verdict refused(unsigned status, std::string text) {
 }  // namespace
 
 std::string host_name(std::string_view host) {
-  std::string name = lower(host);
+  std::string name = lower(host), rest;
   if (name.starts_with('[')) {
     const auto end = name.find(']');
     if (end == std::string::npos) return {};
-    const std::string rest = name.substr(end + 1);
-    if (!rest.empty() && rest.front() != ':') return {};
+    rest = name.substr(end + 1);
     name = name.substr(1, end - 1);
   } else {
-    name.resize(std::min(name.size(), name.find(':')));
+    const auto end = std::min(name.size(), name.find(':'));
+    rest = name.substr(end);
+    name.resize(end);
   }
+  // All of it is repeated in a header of the answer.
+  if (!rest.empty() && (rest.front() != ':' || !is_port(std::string_view(rest).substr(1))))
+    return {};
   return std::all_of(name.begin(), name.end(), is_host_character) ? name : std::string();
 }
 

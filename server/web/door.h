@@ -45,7 +45,7 @@ class Door {
 [[nodiscard]] bool is_own_origin(std::string_view origin, std::string_view host);
 
 /// The part of HOST:PORT, HOST, [V6]:PORT before the port, in lower case and without brackets;
-/// empty where it is none.
+/// empty where it is none, or the port no number.
 [[nodiscard]] std::string host_name(std::string_view host);
 
 /// The value of a parameter of a target PATH?NAME=VALUE&..., as it is written; empty if it is not

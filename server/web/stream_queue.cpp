@@ -10,34 +10,45 @@ StreamQueue::Put StreamQueue::put(const std::string& topic, const SharedMessages
   if (messages->empty()) return Put::kTaken;
   std::uint64_t more = 0;
   for (const auto& bytes : *messages) more += cost(bytes);
-  const bool is_ordered = keep == TopicSlots::Keep::kOrder;
-  if (is_ordered && ordered_bytes_ + more > limit_) return Put::kOverflow;
+  const Part part = part_of(keep);
+  if (part == Part::kAfter && bytes_of(part) + more > limit_) return Put::kOverflow;
   const auto [found, fresh] = topics_.try_emplace(topic);
   Topic& waiting = found->second;
   if (fresh) turns_.push_back(topic);
   waiting.keep = keep;
-  if (!is_ordered) give_up(waiting);
-  for (const auto& bytes : *messages)
-    waiting.messages.emplace_back(messages, &bytes);  // shares the ownership of all
+  if (keep != TopicSlots::Keep::kOrder) give_up(waiting);
+  for (const auto& bytes : *messages)  // each shares the ownership of all
+    waiting.messages.push_back({std::shared_ptr<const StreamBytes>(messages, &bytes), part});
   waiting.bytes += more;
-  bytes_ += more;
-  if (is_ordered) ordered_bytes_ += more;
+  bytes_of(part) += more;
   make_room_beside(topic);
   return Put::kTaken;
 }
 
+StreamQueue::Part StreamQueue::part_of(TopicSlots::Keep keep) const {
+  if (keep == TopicSlots::Keep::kNewest) return Part::kNewest;
+  if (keep == TopicSlots::Keep::kBegin) return Part::kBegin;
+  const bool none_waits = bytes_of(Part::kFirst) == 0 && bytes_of(Part::kAfter) == 0;
+  return none_waits ? Part::kFirst : Part::kAfter;
+}
+
+StreamQueue::Waiting StreamQueue::take_first(Topic& topic) {
+  Waiting first = std::move(topic.messages.front());
+  topic.messages.pop_front();
+  topic.bytes -= cost(*first.bytes);
+  bytes_of(first.part) -= cost(*first.bytes);
+  return first;
+}
+
 void StreamQueue::give_up(Topic& topic) {
-  bytes_ -= topic.bytes;
-  topic.bytes = 0;
-  given_up_ += topic.messages.size();
-  topic.messages.clear();
+  for (; !topic.messages.empty(); ++given_up_) take_first(topic);
 }
 
 const std::string* StreamQueue::largest() const {
   const std::string* found = nullptr;
   std::uint64_t most = 0;
   for (const auto& [name, topic] : topics_) {
-    if (topic.keep == TopicSlots::Keep::kOrder || topic.bytes <= most) continue;
+    if (topic.keep != TopicSlots::Keep::kNewest || topic.bytes <= most) continue;
     found = &name;
     most = topic.bytes;
   }
@@ -46,7 +57,8 @@ const std::string* StreamQueue::largest() const {
 
 void StreamQueue::make_room_beside(const std::string& topic) {
   while (const std::string* most = largest()) {
-    if (bytes_ - topics_.at(*most).bytes <= limit_) return;
+    const std::uint64_t counted = bytes_of(Part::kNewest) + bytes_of(Part::kAfter);
+    if (counted - topics_.at(*most).bytes <= limit_) return;
     auto turn = std::find_if(turns_.begin(), turns_.end(), [&](const std::string& name) {
       return name != topic && name != *most && topics_.at(name).keep == TopicSlots::Keep::kNewest;
     });
@@ -64,11 +76,7 @@ std::optional<StreamQueue::Message> StreamQueue::take() {
   turns_.pop_front();
   const auto found = topics_.find(topic);
   Topic& waiting = found->second;
-  std::shared_ptr<const StreamBytes> bytes = std::move(waiting.messages.front());
-  waiting.messages.pop_front();
-  bytes_ -= cost(*bytes);
-  waiting.bytes -= cost(*bytes);
-  if (waiting.keep == TopicSlots::Keep::kOrder) ordered_bytes_ -= cost(*bytes);
+  std::shared_ptr<const StreamBytes> bytes = take_first(waiting).bytes;
   if (waiting.messages.empty()) {
     topics_.erase(found);
   } else {
@@ -80,7 +88,7 @@ std::optional<StreamQueue::Message> StreamQueue::take() {
 void StreamQueue::clear() {
   topics_.clear();
   turns_.clear();
-  bytes_ = ordered_bytes_ = 0;
+  bytes_.fill(0);
 }
 
 }  // namespace limber::server::web

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,8 +15,8 @@
 namespace limber::server::web {
 
 /// Stream messages that wait for one page, bounded by their bytes. Of topics where newer messages
-/// replace older ones the newest publication stays; topics in order stay whole. Topics take turns,
-/// a message each. Not thread-safe.
+/// replace older ones the newest publication stays; topics in order stay whole, from the newest
+/// publication of kBegin. Topics take turns, a message each. Not thread-safe.
 class StreamQueue {
  public:
   /// What a message costs besides its bytes.
@@ -28,7 +30,8 @@ class StreamQueue {
   };
   /// Makes room where the limit is passed, by giving up what waits of other topics of kNewest, the
   /// one that is next first. The largest publication of kNewest that waits does not count: it may
-  /// be larger than the limit, and still reaches a page that is slow.
+  /// be larger than the limit, and still reaches a page that is slow. For the same reason neither
+  /// counts what begins a topic in order, nor a publication in order before which none waits.
   Put put(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
 
   struct Message {
@@ -40,25 +43,47 @@ class StreamQueue {
 
   void clear();
   [[nodiscard]] bool empty() const { return turns_.empty(); }
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t bytes() const {
+    return std::accumulate(bytes_.begin(), bytes_.end(), std::uint64_t{0});
+  }
   /// Messages that were given up, since the start.
   [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
 
  private:
+  /// Of messages, by what bounds them.
+  enum class Part : std::uint8_t {
+    kNewest,
+    kBegin,  // of one publication a topic
+    kFirst,  // of one publication of kOrder, which found none waiting
+    kAfter,  // of kOrder, too: within the limit
+  };
+  struct Waiting {
+    std::shared_ptr<const StreamBytes> bytes;
+    Part part = Part::kNewest;
+  };
   struct Topic {
-    std::deque<std::shared_ptr<const StreamBytes>> messages;
+    std::deque<Waiting> messages;
     TopicSlots::Keep keep = TopicSlots::Keep::kNewest;
     std::uint64_t bytes = 0;
   };
   static std::uint64_t cost(const StreamBytes& bytes) { return bytes.size() + kMessageBytes; }
+  [[nodiscard]] Part part_of(TopicSlots::Keep keep) const;
+  [[nodiscard]] std::uint64_t& bytes_of(Part part) {
+    return bytes_[static_cast<std::size_t>(part)];
+  }
+  [[nodiscard]] std::uint64_t bytes_of(Part part) const {
+    return bytes_[static_cast<std::size_t>(part)];
+  }
+  Waiting take_first(Topic& topic);
   void give_up(Topic& topic);
   void make_room_beside(const std::string& topic);
   [[nodiscard]] const std::string* largest() const;  // of kNewest; null: there is none
 
   const std::uint64_t limit_;
-  std::map<std::string, Topic> topics_;  // those that have messages
-  std::deque<std::string> turns_;        // of topics_
-  std::uint64_t bytes_ = 0, ordered_bytes_ = 0, given_up_ = 0;
+  std::map<std::string, Topic> topics_;   // those that have messages
+  std::deque<std::string> turns_;         // of topics_
+  std::array<std::uint64_t, 4> bytes_{};  // by Part
+  std::uint64_t given_up_ = 0;
 };
 
 }  // namespace limber::server::web

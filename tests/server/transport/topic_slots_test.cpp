@@ -29,9 +29,9 @@ TEST(TopicSlots, SendsInOrderWhileNobodyIsFull) {
   TopicSlots slots{milliseconds(20)};
   FakeSocket socket;
   const auto now = Clock::now();
-  EXPECT_EQ(slots.put("a", {"1", "2"}, now), 0u);
+  EXPECT_EQ(slots.put("a", shared({"1", "2"}), now), 0u);
   slots.flush(socket.send, now);
-  slots.put("a", {"3"}, now);
+  slots.put("a", shared({"3"}), now);
   slots.flush(socket.send, now);
   EXPECT_EQ(socket.sent, (Strings{"a:1", "a:2", "a:3"}));
   EXPECT_TRUE(slots.empty());
@@ -43,7 +43,7 @@ TEST(TopicSlots, TheNewestReplacesWhatWaits) {
   socket.full = {"a"};
   const auto now = Clock::now();
   for (int i = 0; i < 1000; ++i) {
-    EXPECT_EQ(slots.put("a", {std::to_string(i)}, now), i == 0 ? 0u : 1u);
+    EXPECT_EQ(slots.put("a", shared({std::to_string(i)}), now), i == 0 ? 0u : 1u);
     slots.flush(socket.send, now);
   }
   EXPECT_TRUE(socket.sent.empty());
@@ -57,8 +57,8 @@ TEST(TopicSlots, MessagesThatContinueEachOtherWaitInOrder) {
   FakeSocket socket;
   socket.full = {"a"};
   const auto now = Clock::now();
-  EXPECT_EQ(slots.put("a", {"1", "2"}, now, TopicSlots::Keep::kOrder), 0u);
-  EXPECT_EQ(slots.put("a", {"3"}, now, TopicSlots::Keep::kOrder), 0u);
+  EXPECT_EQ(slots.put("a", shared({"1", "2"}), now, TopicSlots::Keep::kOrder), 0u);
+  EXPECT_EQ(slots.put("a", shared({"3"}), now, TopicSlots::Keep::kOrder), 0u);
   slots.flush(socket.send, now);
   socket.full.clear();
   slots.flush(socket.send, now);
@@ -72,7 +72,7 @@ TEST(TopicSlots, ButNotEverMoreOfThem) {
   const auto now = Clock::now();
   std::size_t given_up = 0;
   for (std::size_t i = 0; i < 100; ++i)
-    given_up += slots.put("a", {std::to_string(i)}, now, TopicSlots::Keep::kOrder);
+    given_up += slots.put("a", shared({std::to_string(i)}), now, TopicSlots::Keep::kOrder);
   EXPECT_EQ(given_up, 100 - TopicSlots::kMostInOrder);
   socket.full.clear();
   slots.flush(socket.send, now);
@@ -84,8 +84,8 @@ TEST(TopicSlots, AFullTopicHoldsUpNoOther) {
   TopicSlots slots{milliseconds(20)};
   FakeSocket socket;
   socket.full = {"a"};
-  slots.put("a", {"1"}, Clock::now());
-  slots.put("b", {"1"}, Clock::now());
+  slots.put("a", shared({"1"}), Clock::now());
+  slots.put("b", shared({"1"}), Clock::now());
   slots.flush(socket.send, Clock::now());
   EXPECT_EQ(socket.sent, Strings{"b:1"});
 }
@@ -97,7 +97,7 @@ TEST(TopicSlots, PatienceEndsEvenWhileNewerOnesArrive) {
   const auto begin = Clock::now();
   int ms = 0;
   for (; ms < 40 && socket.sent.empty(); ++ms) {
-    slots.put("a", {std::to_string(ms)}, begin + milliseconds(ms));
+    slots.put("a", shared({std::to_string(ms)}), begin + milliseconds(ms));
     slots.flush(socket.send, begin + milliseconds(ms));
   }
   EXPECT_EQ(socket.sent, Strings{"a:20"});

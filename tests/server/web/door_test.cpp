@@ -92,10 +92,26 @@ TEST(Door, OfHostsOnlyAddressesOfThisServerAreTaken) {
     visit.host = host;
     EXPECT_EQ(judge(visit).way, Verdict::Way::kFile) << host;
   }
-  for (const std::string_view host :
-       {"", "evil.example", "localhost.evil.example", "127.0.0.1.evil.example:8080",
-        "192.168.0.1:8080", "[::2]:8080", "[::1]evil", "::1", "0x7f.1", "127.1",
-        "localhost\r\nX: y", "[::1", "2130706433"}) {
+  for (const std::string_view host : {"",
+                                      "evil.example",
+                                      "localhost.evil.example",
+                                      "127.0.0.1.evil.example:8080",
+                                      "192.168.0.1:8080",
+                                      "[::2]:8080",
+                                      "[::1]evil",
+                                      "::1",
+                                      "0x7f.1",
+                                      "127.1",
+                                      "localhost\r\nX: y",
+                                      "[::1",
+                                      "2130706433",
+                                      "localhost:; frame-ancestors *",
+                                      "localhost:8080; frame-ancestors *",
+                                      "[::1]:; frame-ancestors *",
+                                      "127.0.0.1:80 *",
+                                      "localhost:",
+                                      "localhost:-1",
+                                      "localhost:80:80"}) {
     Visit visit = reading("/");
     visit.host = host;
     EXPECT_EQ(judge(visit).status, 403u) << host;

@@ -65,10 +65,12 @@ TEST(StreamQueue, TopicsTakeTurns) {
 
 TEST(StreamQueue, MessagesInOrderStayOrOverflow) {
   StreamQueue queue(3000);
-  for (const char letter : {'1', '2', '3'})
+  for (const char letter : {'0', '1', '2', '3'})  // the first does not count
     EXPECT_EQ(queue.put("changes", messages({of_cost(1000, letter)}), Keep::kOrder), Put::kTaken);
   EXPECT_EQ(queue.put("changes", messages({of_cost(300, '4')}), Keep::kOrder), Put::kOverflow);
-  EXPECT_EQ(queue.bytes(), 3000u);
+  EXPECT_EQ(queue.bytes(), 4000u);
+  EXPECT_EQ(queue.take()->bytes->front(), '0');
+  EXPECT_EQ(queue.put("other", messages({of_cost(1000, '5')}), Keep::kOrder), Put::kOverflow);
   EXPECT_EQ(queue.take()->bytes->front(), '1');
   EXPECT_EQ(queue.put("other", messages({of_cost(1000, '5')}), Keep::kOrder), Put::kTaken);
   EXPECT_EQ(queue.put("other", messages({of_cost(1000, '6')}), Keep::kOrder), Put::kOverflow);
@@ -76,31 +78,63 @@ TEST(StreamQueue, MessagesInOrderStayOrOverflow) {
   EXPECT_EQ(queue.put("changes", messages({of_cost(3000, '7')}), Keep::kOrder), Put::kTaken);
 }
 
+TEST(StreamQueue, APublicationInOrderBeforeWhichNoneWaitsMayBeLargerThanTheLimit) {
+  StreamQueue queue(3000);
+  const auto large = messages({of_cost(9000, '1'), of_cost(9000, '2')});
+  EXPECT_EQ(queue.put("changes", large, Keep::kOrder), Put::kTaken);
+  EXPECT_EQ(queue.put("changes", messages({of_cost(3000, '3')}), Keep::kOrder), Put::kTaken);
+  EXPECT_EQ(queue.put("changes", large, Keep::kOrder), Put::kOverflow);
+  EXPECT_EQ(queue.put("status", messages({of_cost(300, 's')}), Keep::kNewest), Put::kTaken);
+  EXPECT_EQ(take_all(queue),
+            (Strings{"changes:1111", "status:ssss", "changes:2222", "changes:3333"}));
+  EXPECT_EQ(queue.bytes(), 0u);
+  EXPECT_EQ(queue.put("changes", large, Keep::kOrder), Put::kTaken);
+}
+
+TEST(StreamQueue, WhatBeginsATopicTakesThePlaceOfWhatWaits) {
+  StreamQueue queue(3000);
+  const auto whole = messages({of_cost(9000, 'w'), of_cost(9000, 'W')});
+  for (int i = 0; i < 3; ++i) {  // pages that join: each is welcomed with the whole motion
+    EXPECT_EQ(queue.put("changes", whole, Keep::kBegin), Put::kTaken);
+    EXPECT_EQ(queue.put("changes", messages({of_cost(2000, 'a')}), Keep::kOrder), Put::kTaken);
+    EXPECT_EQ(queue.put("changes", messages({of_cost(2000, 'b')}), Keep::kOrder), Put::kTaken);
+  }
+  EXPECT_EQ(queue.bytes(), 22'000u);
+  EXPECT_EQ(queue.given_up(), 2u * 4);
+  EXPECT_EQ(queue.put("other", whole, Keep::kBegin), Put::kTaken);
+  EXPECT_EQ(queue.put("status", messages({of_cost(300, 's')}), Keep::kNewest), Put::kTaken);
+  EXPECT_EQ(take_all(queue), (Strings{"changes:wwww", "other:wwww", "status:ssss", "changes:WWWW",
+                                      "other:WWWW", "changes:aaaa", "changes:bbbb"}));
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
 TEST(StreamQueue, FramesGiveWayToWhatIsNewer) {
   StreamQueue queue(3000);
   queue.put("a", messages({of_cost(1000, 'a')}), Keep::kNewest);
   queue.put("b", messages({of_cost(1000, 'b')}), Keep::kNewest);
+  queue.put("changes", messages({of_cost(300, '0')}), Keep::kOrder);  // does not count
   queue.put("changes", messages({of_cost(1500, 'c')}), Keep::kOrder);
-  EXPECT_EQ(queue.bytes(), 3500u);  // the largest of a and b does not count
+  EXPECT_EQ(queue.bytes(), 3800u);  // the largest of a and b does not count
   queue.put("d", messages({of_cost(1200, 'd')}), Keep::kNewest);
-  EXPECT_EQ(queue.bytes(), 3700u);
+  EXPECT_EQ(queue.bytes(), 4000u);
   EXPECT_EQ(queue.given_up(), 1u);
-  EXPECT_EQ(take_all(queue), (Strings{"b:bbbb", "changes:cccc", "d:dddd"}));
+  EXPECT_EQ(take_all(queue), (Strings{"b:bbbb", "changes:0000", "d:dddd", "changes:cccc"}));
 }
 
 TEST(StreamQueue, OnePublicationOfFramesMayBeLargerThanTheLimit) {
   StreamQueue queue(3000);
+  queue.put("changes", messages({of_cost(300, '0')}), Keep::kOrder);  // does not count
   queue.put("changes", messages({of_cost(2000, 'c')}), Keep::kOrder);
   queue.put("a", messages({of_cost(2000, 'a')}), Keep::kNewest);
   EXPECT_EQ(queue.put("b", messages({of_cost(9000, 'b'), of_cost(9000, 'B')}), Keep::kNewest),
             Put::kTaken);
-  EXPECT_EQ(queue.bytes(), 20'000u);
+  EXPECT_EQ(queue.bytes(), 20'300u);
   EXPECT_EQ(queue.put("b", messages({of_cost(9000, 'n')}), Keep::kNewest), Put::kTaken);
-  EXPECT_EQ(queue.bytes(), 11'000u);
+  EXPECT_EQ(queue.bytes(), 11'300u);
   queue.put("status", messages({of_cost(300, 's')}), Keep::kNewest);
-  EXPECT_EQ(queue.bytes(), 11'300u);  // small ones do not drive it out
+  EXPECT_EQ(queue.bytes(), 11'600u);  // small ones do not drive it out
   queue.put("e", messages({of_cost(5000, 'e')}), Keep::kNewest);
-  EXPECT_EQ(take_all(queue), (Strings{"changes:cccc", "e:eeee"}));
+  EXPECT_EQ(take_all(queue), (Strings{"changes:0000", "e:eeee", "changes:cccc"}));
   EXPECT_EQ(queue.bytes(), 0u);
 }
 
