@@ -16,6 +16,7 @@ bool BodySession::Impl::is_check_due() const {
 }
 
 bool BodySession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
+  is_solving_ = false;
   if (const auto found = check_.take()) {
     const bool is_newest = found->result == newest_;
     lock.unlock();

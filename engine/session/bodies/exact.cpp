@@ -35,7 +35,7 @@ void BodySession::Impl::use_level(reduced::LayeredKinematics::Level level) {
 void BodySession::Impl::provide_full() {
   if (!full_body_) {
     full_body_ =
-        std::make_unique<FullBody>(std::make_shared<const BodyParts>(*document_.unedited()),
+        std::make_shared<FullBody>(std::make_shared<const BodyParts>(*document_.unedited()),
                                    read([this] { return built_->model; }));
   }
   problem_->provide_full([this] { return full_body_->make_kinematics(); });

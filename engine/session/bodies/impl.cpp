@@ -87,7 +87,8 @@ void BodySession::Impl::interrupt_round() {
 void BodySession::Impl::cancel() {
   {
     std::unique_lock lock(mutex_);
-    if (is_choosing_ || is_choice_due()) {
+    // What is due is out of date where a newer round is to come or runs.
+    if (is_choosing_ || (is_choice_due() && !has_work_ && !is_solving_)) {
       choice_.stop();
       is_choosing_ = false;
       is_choice_cancelled_ = true;
@@ -99,6 +100,7 @@ void BodySession::Impl::cancel() {
 
 BodyOrder BodySession::Impl::take_order() {
   BodyOrder order;
+  is_solving_ = true;
   order.content = document_.content();
   order.is_with_fewer_modes = fewer_modes_ > 0;
   order.is_whole = whole_;

@@ -153,6 +153,10 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::shared_ptr<const BodyResult> publish_motion(const Round& round,
                                                    const spacetime::SolveReport& report,
                                                    bool is_final);
+  /// What publish_motion() publishes. A final one is not exact where a cancellation was quicker.
+  /// @returns nothing where an edit was quicker
+  std::shared_ptr<BodyResult> result_of_motion(const Round& round,
+                                               const spacetime::SolveReport& report, bool is_final);
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
 
   // early_frames.cpp: of long motions, what is looked at and what was edited, before all of it.
@@ -205,7 +209,28 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] std::string reason_against_question(const BodyResult& result);
   /// The session continues with what was found.
   void adopt(const ModesFound& found);
-  void use_more_modes(const ModeFinding& finding, const Round& round, const EditBatch& whole);
+  /// What changes with the modes.
+  struct WithModes {
+    int modes = 0;
+    std::unique_ptr<LiveProblem> problem;
+    std::shared_ptr<FullBody> full_body;
+    std::shared_ptr<const Built> built;
+    std::shared_ptr<const ShownBasis> problem_shown;
+    std::deque<std::shared_ptr<const ShownBasis>> shown;
+    std::vector<Eigen::MatrixXd> transfers;
+    Eigen::MatrixXd tried;
+    std::optional<ModeQuestion> asked;
+    bool from_rest = false, is_exact = false;
+  };
+  [[nodiscard]] WithModes with_more_modes(const ModeFinding& finding, const EditBatch& whole);
+  void exchange_modes(WithModes& other);
+  /// The final result with more modes, which are in use already; nothing is published where they
+  /// are not to stay. @param before  the result with fewer
+  /// @returns why it is not published; empty: it is, or an edit was quicker
+  std::string publish_with_more_modes(const ModeFinding& finding, const BodyResult& before,
+                                      const Round& round);
+  /// The question will not be answered.
+  void note_unanswered(std::string reason);
   /// @param whole  of the document; @param is_warm  the new solver continues from the old one's z
   void use_fewer_modes(const EditBatch& whole, bool is_warm);
   void note_modes();
@@ -232,6 +257,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::deque<spacetime::FrameSpan> views_;  // newest first
   std::atomic<bool> interrupt_{false};      // the running solve is out of date
   ModeChoice mode_choice_;
+  bool is_solving_ = false;           // a round runs, no other work
   bool is_choosing_ = false;          // a choice was begun, and is not out of date
   bool is_choice_cancelled_ = false;  // cancel() was called meanwhile
   int fewer_modes_ = 0;               // to be used from the next round on; 0: none
@@ -240,7 +266,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FirstPicture> picture_;            // the task's, while it builds
   std::uint64_t pictured_ = 0;                       // the task's: Document::content() in it
-  std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
+  std::shared_ptr<FullBody> full_body_;              // the task's, once it is needed
   std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
   std::vector<int> edited_;                          // the task's: frames of the round's edits
   bool from_rest_ = false;        // the task's: the solver began there, and no edit has come since

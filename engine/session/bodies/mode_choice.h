@@ -35,15 +35,15 @@ struct ModeChoice {
   enum class State {
     kOff,      // the session does not choose
     kNamed,    // the scene names r
-    kUnasked,  // not asked yet, or the scene leaves out the question: `reason`
+    kUnasked,  // not asked yet, left out or not answered: `reason`
     kSettled,  // more modes change the optimal energy by no more than the tolerance
-    kBounded,  // they would change it by more, and there are no more to take
+    kBounded,  // they would change it by more, and no more are taken: `reason`
   };
   State state = State::kOff;
   int modes = 0;                     // r, elastic modes that swing
   std::vector<ModeEnergy> energies;  // that were compared, ascending
   std::string reason;                // a clause for a person
-  /// Share of the energy that more modes would save, as far as they were tried; none: not asked.
+  /// Share of the energy that more modes would save, as far as they were tried; none: not known.
   std::optional<double> saving;
   /// Fewer modes whose energy is the same within the tolerance's shrink_share; 0: none were found.
   int fewer = 0;

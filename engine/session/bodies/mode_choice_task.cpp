@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "engine/base/clauses.h"
@@ -18,6 +19,7 @@ namespace limber::session {
 namespace {
 
 constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
+constexpr const char* kCancelled = "the comparison was cancelled";
 
 }  // namespace
 
@@ -83,9 +85,9 @@ bool BodySession::Impl::is_choice_due() const {
 bool BodySession::Impl::do_mode_work(std::unique_lock<std::mutex>& lock) {
   if (std::exchange(is_choice_cancelled_, false)) {
     const auto result = newest_;
-    mode_choice_.reason = "the comparison was cancelled";
     lock.unlock();
-    asked_ = mode_question(problem_->mode_problem(dynamics_), result->report.total_energy);
+    question_ = mode_question(problem_->mode_problem(dynamics_), result->report.total_energy);
+    note_unanswered(kCancelled);
     end_choice(result);
     return true;
   }
@@ -107,29 +109,32 @@ void BodySession::Impl::begin_choice(std::unique_lock<std::mutex>& lock) {
   choice_.claim(*result);
   is_choosing_ = true;
   lock.unlock();
-  provide_full();
   ModeRequest request;
-  request.result = result;
-  request.body = full_body_->parts();
-  request.problem = problem_->mode_problem(dynamics_);
-  request.modes = modes_;
-  question_ = mode_question(request.problem, result->report.total_energy);
+  try {
+    request.problem = problem_->mode_problem(dynamics_);
+    question_ = mode_question(request.problem, result->report.total_energy);
+    provide_full();
+    request.result = result;
+    request.body = full_body_->parts();
+    request.modes = modes_;
+  } catch (const std::exception& error) {
+    if (read([this] { return std::exchange(is_choosing_, false); }))  // else an edit was quicker
+      adopt({result, {}, error.what()});
+    return;
+  }
   lock.lock();
   request.model = built_->model;
   choice_.begin(lock, result, std::move(request), shared_from_this());
 }
 
 void BodySession::Impl::adopt(const ModesFound& found) {
-  asked_ = question_;
   if (!found.finding) {
-    read([&] {
-      mode_choice_.state = ModeChoice::State::kUnasked;
-      mode_choice_.reason = fmt::format("the comparison failed: {}", found.failure);
-    });
+    note_unanswered(fmt::format("the comparison failed: {}", found.failure));
     return end_choice(found.result);
   }
   const ModeFinding& finding = *found.finding;
   if (finding.choice.modes <= modes_) {
+    asked_ = question_;
     read([&] {
       mode_choice_ = finding.choice;
       if (finding.choice.modes < modes_) fewer_modes_ = finding.choice.modes;
@@ -140,7 +145,7 @@ void BodySession::Impl::adopt(const ModesFound& found) {
   EditBatch whole;
   {
     const std::lock_guard lock(mutex_);
-    if (has_work_ || task_.is_closed()) return;  // an edit was quicker
+    if (has_work_ || task_.is_closed()) return;  // an edit was quicker: its result is asked about
     round_ = Cancellation();
     round.revision = document_.revision();
     round.edited_at = edited_at_;
@@ -149,62 +154,111 @@ void BodySession::Impl::adopt(const ModesFound& found) {
     round.cancellation = round_;
     whole = whole_batch(document_);
   }
+  std::string reason;
   try {
-    use_more_modes(finding, round, whole);
+    WithModes other = with_more_modes(finding, whole);
+    exchange_modes(other);
+    try {
+      reason = publish_with_more_modes(finding, *found.result, round);
+    } catch (const std::exception& error) {
+      reason = error.what();
+    }
+    if (newest_result() != found.result) return;
+    exchange_modes(other);  // nothing was published: as before
   } catch (const std::exception& error) {
-    const std::lock_guard lock(mutex_);
-    whole_ = true;  // the solver's inside can no longer be trusted
-    mode_choice_.reason = fmt::format("the change of modes failed: {}", error.what());
+    reason = error.what();
   }
-  const auto newest = newest_result();
-  if (newest == found.result) end_choice(found.result);
+  if (reason.empty()) return;
+  note_unanswered(fmt::format("{} modes were not taken: {}", finding.choice.modes, reason));
+  end_choice(found.result);
 }
 
-void BodySession::Impl::use_more_modes(const ModeFinding& finding, const Round& round,
-                                       const EditBatch& whole) {
+/// Nothing of the session changes.
+BodySession::Impl::WithModes BodySession::Impl::with_more_modes(const ModeFinding& finding,
+                                                                const EditBatch& whole) {
   const scene::Scene& scene = *document_.unedited();
   const auto parts = full_body_->parts();
-  const bool is_other_model = finding.model != read([this] { return built_->model; });
-  // Nothing of the session changes before all of it is there.
-  auto problem = make_problem(parts->mapped, finding.model, finding.base, finding.choice.modes);
-  problem->start(whole);
-  problem->solver().set_weight_scale(problem_->solver().weight_scale());
-  problem->solver().warm_start(finding.motion, spacetime::Known::kAnswer);
-  if (is_other_model) {
-    auto full = std::make_unique<FullBody>(parts, finding.model);
-    auto shown = make_shown(parts->mapped, finding.model);
-    auto built = std::make_shared<Built>(*read([this] { return built_; }));
-    built->model = finding.model;
-    built->base = finding.base;
-    built->message = finding.model->report.message;
-    append_clause(built->message, model_notes(scene.model, *finding.model));
-    built->accuracy = describe_accuracy(finding.model->report, scene.model.tolerance);
-    built->seconds = finding.build_s;
-    built->from_cache = finding.from_cache;
-    full_body_ = std::move(full);
-    set_shown(std::move(shown));
-    read([&] { built_ = std::move(built); });
-  }
-  problem_ = std::move(problem);
-  transfers_.push_back(finding.transfer);
-  const int before = std::exchange(modes_, finding.choice.modes);
-  tried_ = finding.motion;
-  from_rest_ = false;
-  read([&] { mode_choice_ = finding.choice; });
+  WithModes more;
+  more.modes = finding.choice.modes;
+  more.problem = make_problem(parts->mapped, finding.model, finding.base, more.modes);
+  more.problem->start(whole);
+  more.problem->solver().set_weight_scale(problem_->solver().weight_scale());
+  more.problem->solver().warm_start(finding.motion, spacetime::Known::kAnswer);
+  more.full_body = full_body_;
+  more.problem_shown = problem_shown_;
+  std::tie(more.built, more.shown) = read([this] { return std::pair{built_, shown_}; });
+  more.transfers = transfers_;
+  more.transfers.push_back(finding.transfer);
+  more.tried = finding.motion;
+  more.asked = question_;
+  if (finding.model == more.built->model) return more;
+  more.full_body = std::make_shared<FullBody>(parts, finding.model);
+  more.problem_shown = make_shown(parts->mapped, finding.model);
+  more.shown.push_back(more.problem_shown);
+  if (more.shown.size() > kShownKept) more.shown.pop_front();
+  auto built = std::make_shared<Built>(*more.built);
+  built->model = finding.model;
+  built->base = finding.base;
+  built->message = finding.model->report.message;
+  append_clause(built->message, model_notes(scene.model, *finding.model));
+  built->accuracy = describe_accuracy(finding.model->report, scene.model.tolerance);
+  built->seconds = finding.build_s;
+  built->from_cache = finding.from_cache;
+  more.built = std::move(built);
+  return more;
+}
+
+void BodySession::Impl::exchange_modes(WithModes& other) {
+  std::swap(modes_, other.modes);
+  std::swap(problem_, other.problem);
+  std::swap(full_body_, other.full_body);
+  std::swap(problem_shown_, other.problem_shown);
+  std::swap(transfers_, other.transfers);
+  std::swap(tried_, other.tried);
+  std::swap(asked_, other.asked);
+  std::swap(from_rest_, other.from_rest);
+  std::swap(is_exact_, other.is_exact);
+  const std::lock_guard lock(mutex_);
+  std::swap(built_, other.built);
+  std::swap(shown_, other.shown);
+}
+
+std::string BodySession::Impl::publish_with_more_modes(const ModeFinding& finding,
+                                                       const BodyResult& before,
+                                                       const Round& round) {
   spacetime::SolveReport start;
   start.total_energy = 0;
   std::optional<spacetime::SolveReport> report = polish(round, start, kUnpublished);
-  if (!report || !is_exact_) return;
-  solved_ = report->status == spacetime::SolveStatus::kConverged;
+  if (interrupt_.load(std::memory_order_relaxed)) return "";
+  if (round.cancellation.requested()) return kCancelled;
+  if (!report || !is_exact_) return "the solve with them has not ended";
+  std::string reason = reason_against_more_modes(before.report, *report);
+  if (!reason.empty()) return reason;
   add_sentence(report->message,
                fmt::format("{} modes in place of {}: the optimal energy was {:.6g} with those.",
-                           modes_, before, finding.choice.energies.front().energy));
+                           modes_, before.modal.rows() - finding.model->rigid_count,
+                           finding.choice.energies.front().energy));
   if (finding.choice.state == ModeChoice::State::kBounded)
-    add_sentence(report->message, fmt::format("That is {}.", finding.choice.reason));
-  report_missed_tolerance(scene, problem_->solver().weight_scale(), *report);
+    add_sentence(report->message, fmt::format("No more were taken: {}.", finding.choice.reason));
+  report_missed_tolerance(*document_.unedited(), problem_->solver().weight_scale(), *report);
   asked_->energy = report->total_energy;
-  const auto result = publish_motion(round, *report, true);
-  if (result && solved_) answers_.keep(round.order.content, result);
+  const auto result = result_of_motion(round, *report, true);
+  if (!result) return "";
+  if (!result->is_exact) return kCancelled;
+  solved_ = true;
+  read([&] { mode_choice_ = finding.choice; });
+  publish_of_round(result, round);
+  answers_.keep(round.order.content, result);
+  return "";
+}
+
+void BodySession::Impl::note_unanswered(std::string reason) {
+  asked_ = question_;
+  ModeChoice choice;
+  choice.state = ModeChoice::State::kUnasked;
+  choice.modes = modes_;
+  choice.reason = std::move(reason);
+  read([&] { mode_choice_ = std::move(choice); });
 }
 
 void BodySession::Impl::use_fewer_modes(const EditBatch& whole, bool is_warm) {

@@ -56,6 +56,16 @@ Eigen::MatrixXd mode_transfer(const reduced::ReducedModel& from, const reduced::
   return transfer;
 }
 
+std::string reason_against_more_modes(const spacetime::SolveReport& before,
+                                      const spacetime::SolveReport& with_more) {
+  if (with_more.status != spacetime::SolveStatus::kConverged)
+    return fmt::format("the solve with them has not converged{}{}",
+                       with_more.message.empty() ? "" : ": ", with_more.message);
+  if (with_more.total_energy <= before.total_energy) return "";
+  return fmt::format("the solve with them ended at a higher energy, {:.6g} instead of {:.6g}",
+                     with_more.total_energy, before.total_energy);
+}
+
 /// With r modes, the first ones of a model.
 struct ModeChooser::Optimum {
   SharedModel model;
@@ -172,6 +182,14 @@ void ModeChooser::grow(const ModeRequest& request, Optimum& now, ModeChoice& cho
                       share_text(std::max(0.0, *choice.saving)), share_text(tolerance));
       return;
     }
+    if (*choice.saving < 0) {  // more modes cannot raise the optimum of the same minimum
+      choice.state = ModeChoice::State::kBounded;
+      choice.reason = fmt::format(
+          "with {} modes another optimum was found, of a higher energy: {:.6g} instead of {:.6g}",
+          next, larger.energy, now.energy);
+      choice.saving.reset();
+      return;
+    }
     larger.transfer = has_modes
                           ? resized(now.transfer, larger.motion.rows())
                           : Eigen::MatrixXd((transfer.leftCols(now.motion.rows()) * now.transfer)
@@ -190,7 +208,7 @@ void ModeChooser::shrink(const ModeRequest& request, Optimum& now, ModeChoice& c
     if (next < 1) return;
     Optimum smaller = optimum(request, last.model, next, last.motion, job);
     choice.energies.push_back({next, smaller.energy});
-    if (energy_saving(smaller.energy, energy) > most) return;
+    if (std::abs(energy_saving(smaller.energy, energy)) > most) return;
     choice.fewer = next;
     smaller.transfer = last.transfer.topRows(smaller.motion.rows());
     last = smaller;

@@ -54,6 +54,10 @@ struct ModeFinding {
 [[nodiscard]] Eigen::MatrixXd mode_transfer(const reduced::ReducedModel& from,
                                             const reduced::ReducedModel& to);
 
+/// Why the optimum with more modes is not shown in place of the one before; empty: it is.
+[[nodiscard]] std::string reason_against_more_modes(const spacetime::SolveReport& before,
+                                                    const spacetime::SolveReport& with_more);
+
 /// Compares optimal energies of one session's scene with more and fewer modes. The optima are those
 /// of the full rotation-strain map, which needs no reduced model: one is built only for the r that
 /// was chosen. For one thread at a time.

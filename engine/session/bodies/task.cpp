@@ -262,6 +262,13 @@ bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::So
 
 std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
     const Round& round, const spacetime::SolveReport& report, bool is_final) {
+  auto result = result_of_motion(round, report, is_final);
+  if (result) publish_of_round(result, round);
+  return result;
+}
+
+std::shared_ptr<BodyResult> BodySession::Impl::result_of_motion(
+    const Round& round, const spacetime::SolveReport& report, bool is_final) {
   auto result = std::make_shared<BodyResult>();
   result->is_final = is_final;
   result->report = report;
@@ -290,7 +297,6 @@ std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
     }
     result->awaits_modes = is_question(*result);
   }
-  publish_of_round(result, round);
   return result;
 }
 
@@ -306,6 +312,7 @@ BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& 
   BodyResult result;
   if (newest != nullptr) {
     result.modal = newest->modal;
+    result.mode_changes = newest->mode_changes;
     result.coordinates = newest->coordinates;
     result.shown = newest->shown;
     result.material = newest->material;

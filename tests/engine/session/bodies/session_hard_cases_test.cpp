@@ -58,9 +58,12 @@ TEST(SessionHardCase, AFailedSolveShowsTheOldMotionWithoutItsNumbers) {
   ASSERT_TRUE(solved);
   ASSERT_GT(solved->report.total_energy, 0);
   const auto model = live.session.model();
-  const BodyResult failed = failed_result(solved.get(), *model, solved->shown, 30, "because");
+  BodyResult before = *solved;
+  before.mode_changes = 2;
+  const BodyResult failed = failed_result(&before, *model, solved->shown, 30, "because");
   EXPECT_EQ(failed.coordinates, solved->coordinates);
   EXPECT_EQ(failed.modal, solved->modal);
+  EXPECT_EQ(failed.mode_changes, 2);
   EXPECT_TRUE(failed.is_final);
   EXPECT_TRUE(failed.solve_failed);
   EXPECT_FALSE(solved->solve_failed);

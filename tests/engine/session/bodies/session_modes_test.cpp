@@ -6,7 +6,9 @@
 #include <atomic>
 #include <future>
 #include <thread>
+#include <utility>
 
+#include "engine/session/bodies/live_problem.h"
 #include "engine/session/bodies/mode_chooser.h"
 #include "tests/engine/session/bodies/session_support.h"
 
@@ -327,6 +329,121 @@ TEST(SessionModes, ACancelledOrClosedComparisonThatWasNotBegun) {
     EXPECT_EQ(session.newest_result()->awaits_modes, closes);
     EXPECT_EQ(recorder->fault(), "");
   }
+}
+
+/// Where a round is to come, cancel() is for that.
+TEST(SessionModes, CancellingAnEditLeavesTheQuestion) {
+  Keeper keeper;
+  const auto recorder = std::make_shared<test::Recorder>();
+  recorder->hook = [&](const BodyResult& result) {
+    if (result.awaits_modes && result.check == Check::kDone) keeper.keeps = true;
+  };
+  BodySession session("live", demanding_bar(), choosing(), test::shared_cache(), keeper.executor(),
+                      recorder);
+  ASSERT_EQ(keeper.kept.size(), 1u) << "the comparison waits for a thread";
+  session.edit({kSmallMove});
+  session.cancel();
+  recorder->hook = {};
+  keeper.keeps = false;
+  for (const auto& task : std::exchange(keeper.kept, {})) task();
+  EXPECT_EQ(session.newest_result()->report.status, spacetime::SolveStatus::kCancelled);
+  EXPECT_THAT(session.mode_choice().reason, ::testing::Not(::testing::HasSubstr("cancelled")));
+  session.edit({MoveConstraint{1, {0.002, 0.1, 0.05}}});
+  EXPECT_GT(session.mode_choice().modes, 30) << session.mode_choice().reason;
+  EXPECT_EQ(recorder->fault(), "");
+}
+
+/// What ends the session's change to more modes, while it works on that.
+enum class Disturbance { kCancel, kEdit };
+
+class ChangeOfModes : public ::testing::TestWithParam<Disturbance> {};
+
+TEST_P(ChangeOfModes, ThatIsDisturbedLeavesWhatTheSessionSays) {
+  const bool edits = GetParam() == Disturbance::kEdit;
+  for (int attempt = 0; attempt < 12; ++attempt) {
+    Live live(demanding_bar(), choosing());
+    ASSERT_TRUE(live.recorder->wait_final(0));
+    const auto model = live.session.model();
+    Revision revision = 0;
+    const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (live.session.model() == model && live.session.mode_choice().modes == 30 &&
+           std::chrono::steady_clock::now() < until)
+      std::this_thread::yield();
+    if (edits)
+      revision = live.session.edit({kSmallMove}).revision;
+    else
+      live.session.cancel();
+    const auto last = settled(live.session, revision);
+    ASSERT_TRUE(last);
+    const ModeChoice choice = live.session.mode_choice();
+    EXPECT_EQ(last->modal.rows(), choice.modes) << choice.reason;
+    EXPECT_EQ(last->report.status, spacetime::SolveStatus::kConverged);
+    EXPECT_EQ(last->mode_changes, choice.modes > 30 ? 1 : 0);
+    EXPECT_EQ(elastic_modes(live.session), choice.modes);
+    EXPECT_EQ(live.session.geometry()->basis_hash, last->shown->geometry->basis_hash);
+    if (edits) {
+      EXPECT_GT(choice.modes, 30) << "asked again: " << choice.reason;
+    } else if (choice.modes == 30) {
+      EXPECT_EQ(choice.state, Chosen::kUnasked);
+      EXPECT_THAT(choice.reason, ::testing::HasSubstr("cancelled"));
+    }
+    const auto next = live.edit({MoveConstraint{1, {0.002, 0.1, 0.05}}});
+    ASSERT_TRUE(next);
+    EXPECT_FALSE(next->solve_failed) << next->report.message;
+    EXPECT_EQ(next->modal.rows(), choice.modes);
+    EXPECT_EQ(live.recorder->fault(), "");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(SessionModes, ChangeOfModes,
+                         ::testing::Values(Disturbance::kCancel, Disturbance::kEdit));
+
+TEST(SessionModes, AHigherEnergyIsNotTaken) {
+  const scene::Scene scene = demanding_bar();
+  Live live(scene);
+  const auto solved = live.recorder->wait_final(0);
+  ASSERT_TRUE(solved);
+  const auto body = std::make_shared<const BodyParts>(scene);
+  LiveProblem problem(live.session.model(), nullptr, TargetFrame(scene, body->mapped),
+                      std::make_unique<KeyframeTargets>(scene, live.session.model()),
+                      ProblemTerms{scene.frame_count, 30, {}}, {});
+  problem.start(whole_batch(Document(scene)));
+  ModeRequest request;
+  request.model = live.session.model();
+  request.body = body;
+  request.problem = problem.mode_problem(scene.dynamics);
+  request.modes = 30;
+  ModeChooser chooser(std::make_shared<const scene::Scene>(scene), {}, {}, test::shared_cache());
+  // As if the shown motion were in a lower minimum than any that is found from it.
+  auto lower = std::make_shared<BodyResult>(*solved);
+  lower->report.total_energy *= 0.01;
+  request.result = lower;
+  const ModeFinding finding = chooser.choose(request, {});
+  EXPECT_EQ(finding.choice.modes, 30);
+  EXPECT_EQ(finding.model, request.model);
+  EXPECT_EQ(finding.motion, solved->modal);
+  EXPECT_EQ(finding.choice.state, Chosen::kBounded);
+  EXPECT_FALSE(finding.choice.saving);
+  EXPECT_EQ(finding.choice.energies.size(), 2u);
+  EXPECT_THAT(finding.choice.reason, ::testing::HasSubstr("higher energy"));
+  request.result = solved;
+  EXPECT_GT(chooser.choose(request, {}).choice.modes, 30);
+}
+
+TEST(SessionModes, MoreOfThemAreShownWhereTheirOptimumIsFoundAndLower) {
+  spacetime::SolveReport before, more;
+  before.status = more.status = spacetime::SolveStatus::kConverged;
+  before.total_energy = 2;
+  more.total_energy = 1.9;
+  EXPECT_EQ(reason_against_more_modes(before, more), "");
+  more.total_energy = 2.1;
+  EXPECT_THAT(reason_against_more_modes(before, more),
+              ::testing::HasSubstr("higher energy, 2.1 instead of 2"));
+  more.total_energy = 1.9;
+  more.status = spacetime::SolveStatus::kIterationLimit;
+  more.message = "200 iterations";
+  EXPECT_THAT(reason_against_more_modes(before, more),
+              ::testing::HasSubstr("not converged: 200 iterations"));
 }
 
 TEST(SessionModes, OfABodyOfOneTet) {
