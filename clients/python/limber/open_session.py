@@ -217,7 +217,7 @@ class OpenSession:
         """Draws the newest result into a .png, .svg or .pdf; needs python3-matplotlib, and no display.
 
         colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of
-        bodies with the scene's material), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
+        bodies with the material of each tet), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
         the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene. size: inches;
         limits: of the colours' scale, where pictures are to be compared.
         """

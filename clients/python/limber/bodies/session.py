@@ -16,7 +16,7 @@ from ..moving import MovingPoints, MovingSurface, of_nodes
 from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
 from ..results import Result
-from . import edits, strains
+from . import edits, strains, tet_materials
 from .embedding import Embedding
 from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
@@ -265,11 +265,13 @@ class Session(OpenSession):
         if colour == "displacement":
             values, label = of_vertices(faces, np.linalg.norm(frames - geometry.rest, axis=1)), "displacement [length unit]"
         elif colour != "none":
-            gradient = strains.gradients(geometry.rest, geometry.tets[strains.tets_of(faces, geometry.tets)], frames)
-            material = self.settings().material
-            values, label = ((strains.largest_strain(gradient), "largest strain") if colour == "strain" else
-                             (strains.von_mises(gradient, material.youngs_modulus, material.poissons_ratio),
-                              "von Mises stress [Pa]"))
+            shown = strains.tets_of(faces, geometry.tets)
+            gradient = strains.gradients(geometry.rest, geometry.tets[shown], frames)
+            if colour == "strain":
+                values, label = strains.largest_strain(gradient), "largest strain"
+            else:
+                materials = tet_materials.of_scene(self.settings(), len(geometry.tets))[shown]
+                values, label = strains.von_mises(gradient, materials), "von Mises stress [Pa]"
         return Coloured(faces, frames, values, label)
 
     def _frame(self, frame: int) -> np.ndarray:
@@ -290,8 +292,8 @@ class Session(OpenSession):
 
     def modal(self, modes: int | None = None) -> Modal:
         """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, as many as the
-        session has or as asked for; made here from mesh and material of the scene, beside what the session reports. Where
-        the mesh file brings its own materials these are not known here."""
+        session has or as requested; made here from the mesh and the materials of its tets, independent of what the session
+        reports."""
         return of_session(self, modes)
 
     # ---- control ----
