@@ -204,6 +204,10 @@ class OpenSession:
         """What is drawn of the newest result, in all frames; drawn: vertices and triangles that follow a body instead."""
         raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
 
+    def carried_obj(self) -> "ObjSurface | None":
+        """The surface that a body carries, as its .obj says; None: there is none."""
+        return None
+
     COLOURS: tuple[str, ...] = ("none",)  # what picture() takes
 
     def coloured(self, colour: str, frame: int, yield_stress: float | None) -> Coloured:
@@ -238,15 +242,17 @@ class OpenSession:
         - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
           more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` ("y"
           or "z") turned to glTF's y
-        - ".mdd", ".pc2": caches of all vertices, with an .obj beside
+        - ".mdd", ".pc2": caches of all vertices, with an .obj beside: STEM_surface.obj, or STEM_detail.obj of an artist's surface. Files
+          there that save() did not write are never replaced: it refuses (FAILED_PRECONDITION)
         - ".pvd": a .vtu of the surface for each frame
         - ".csv": a row for each node (of a linkage, joint) and frame, or for `nodes` alone
 
         Frames of linkages and beams are the equilibria along the path, 24 a second unless frames_per_second says otherwise;
         those of bodies are at the rate of the scene.
 
-        surface: of a body, an .obj that was drawn around its tets: it follows them, with its own vertices in their order, texture
-        coordinates, and, beside a cache, its materials.
+        surface: of a body, what follows its tets. By default the surface that its scene carries, with the artist's vertices in their
+        order, texture coordinates and materials (of the .mtl files that were beside it), else the boundary of its tets, which is
+        "nodes". Or another .obj that was drawn around the tets: those of its materials count that are in files beside it.
         """
         return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes,
                            surface=surface)
