@@ -1,5 +1,6 @@
 """Files that the Python client makes of motions hold what the session holds."""
 
+import contextlib
 import csv
 import os
 import re
@@ -275,6 +276,27 @@ def test_no_file_of_others_is_replaced(session, box):
     box.with_name("box_surface.obj").write_bytes(drawn)
     assert refusal(lambda: session.save(box.with_suffix(".pc2"))) == ("FAILED_PRECONDITION", "path")
     assert box.with_name("box_surface.obj").read_bytes() == drawn
+
+
+def test_carried_surfaces_of_other_formats(server, box):
+    """The .obj is of their triangles; the artist's own one of the same vertices has the same motion."""
+    words = [line.split() for line in box.read_text().splitlines()]
+    vertices = [" ".join(word[1:]) for word in words if word[0] == "v"]
+    faces = [f"{len(word) - 1} " + " ".join(str(int(corner) - 1) for corner in word[1:]) for word in words if word[0] == "f"]
+    header = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}", *(f"property float {axis}" for axis in "xyz"),
+              f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    drawn = box.with_name("drawn.ply")
+    drawn.write_text("\n".join([*header, *vertices, *faces]) + "\n")
+    with contextlib.closing(server.open(small_scene(surface=drawn), progress=False)) as opened:
+        opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.3, 0.1))
+        opened.wait()
+        saved = opened.save(box.with_name("a.pc2"))
+        assert [file.name for file in saved] == ["a.pc2", "a_detail.obj"] and saved.vertices == 8
+        again = opened.save(box.with_name("b.pc2"), surface=box)
+        assert [file.name for file in again] == ["b.pc2", "b_detail.obj", "coat.mtl"]
+        assert again.files[0].read_bytes() == saved.files[0].read_bytes()
+        shapes = np.frombuffer(saved.files[0].read_bytes(), "<f4", offset=32).reshape(-1, 8, 3)
+        assert np.abs(shapes - opened.frames(encoding="surface")).max() < 1e-5 and np.ptp(shapes, axis=0).max() > 0.2
 
 
 def test_materials_are_those_beside_the_file_alone(session, box):

@@ -23,6 +23,7 @@ from .saving import Saved
 from .stream import FrameStream
 
 if TYPE_CHECKING:
+    from .obj_files import ObjSurface
     from .server import Server
 
 _UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL,

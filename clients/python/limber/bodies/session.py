@@ -255,12 +255,13 @@ class Session(OpenSession):
 
     def carried_obj(self) -> ObjSurface | None:
         """The surface that the scene names, as its .obj says; of another file, one of its triangles. None: there is none."""
-        if self._find_carried_surface() is None:
+        surface = self._find_carried_surface()
+        if surface is None:
             return None
         libraries = {PurePosixPath(path).name: content for path, content in fetch_first_part(self, "surface").items()}
         libraries.pop("motion_detail.pc2", None)
         content = libraries.pop("motion_detail.obj")
-        return obj_files.parse(content, libraries, self._carried_surface.name, "surface")
+        return obj_files.parse(content, libraries, surface.name, "surface")
 
     def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
         """The boundary of its tets, whose vertices are its nodes in their order; or vertices and triangles that follow the tets."""
