@@ -1,4 +1,4 @@
-"""Points follow the tets that they lie in or near to."""
+"""Points follow the tet that contains them or the nearest one."""
 
 import numpy as np
 import pytest
@@ -47,6 +47,34 @@ def test_points_outside_follow_the_nearest_triangle():
     cloud = rng.uniform((-1, -1, -1), (6, 4, 3), (500, 3))
     box = np.linalg.norm(np.maximum(np.maximum(-cloud, cloud - (5, 3, 2)), 0), axis=1)
     assert Embedding.of(cloud, nodes, tets).distances == pytest.approx(box, abs=1e-9)
+
+
+def test_the_nearest_tet_of_uneven_meshes():
+    """A large triangle whose middle is farther than those of many small ones beside it."""
+    x, y = np.meshgrid(np.arange(31) / 30, np.arange(31) / 30, indexing="ij")
+    sheet = np.stack([x.ravel() + 12, y.ravel(), np.zeros(x.size)], axis=1)
+    tets = []
+    for i, j in np.ndindex(30, 30):
+        a, b, c, d = 31 * i + j, 31 * i + j + 1, 31 * (i + 1) + j, 31 * (i + 1) + j + 1
+        tets += [(a, c, b, len(sheet)), (d, b, c, len(sheet))]
+    nodes = np.concatenate([sheet, [(12.5, 0.5, -1), (-30, -30, 0), (11.5, -30, 0), (11.5, 30, 0), (0, 0, -20)]])
+    tets.append(tuple(len(sheet) + np.array((1, 2, 3, 4))))
+    made = Embedding.of([(11.4, 0.5, 0.3)], nodes, tets)
+    assert made.tets[0] == len(tets) - 1 and made.distances[0] == pytest.approx(0.3)
+
+
+def test_the_nearest_tet_by_trying_all():
+    rng = np.random.default_rng(5)
+    nodes, tets = bar((3, 2, 1))
+    nodes = nodes * (1, 0.2, 3) + rng.normal(size=nodes.shape) * (0.1, 0.02, 0.3)
+    points = rng.uniform(nodes.min(axis=0) - 2, nodes.max(axis=0) + 2, (300, 3))
+    made = Embedding.of(points, nodes, tets)
+    outside = np.flatnonzero(made.distances > 0)
+    assert len(outside) > 200
+    for point in outside[:8]:
+        single = [Embedding.of(points[[point]], nodes, tets[[tet]]).distances[0] for tet in range(len(tets))]
+        assert made.distances[point] == pytest.approx(min(single), abs=1e-12)
+        assert single[made.tets[point]] == pytest.approx(min(single), abs=1e-7)
 
 
 def test_affine_motions_are_followed_exactly(inside):

@@ -91,10 +91,24 @@ seen["drag_moved"] = float(np.linalg.norm(world[picked] - first))
 handle.keyframe_insert("location", frame=30)
 handle.location = first
 handle.keyframe_insert("location", frame=45)
+handle.location = first + (0, 0, 5)  # far away, before the timeline and after it
+for frame in (2, 9, 70, 90):
+    handle.keyframe_insert("location", frame=frame)
 scene.frame_set(30)
 operators.tick()
 wait(lambda: link.live.settled(link.asked))
 seen["wished_frames"] = sorted(wish.frame for wish in link.wishes())
+seen["constraint_frames"] = sorted(constraint.frame for constraint in link.live._session.constraints())
+inside = [wish.position for wish in link.wishes()]
+scene.frame_set(90)
+assert [wish.position for wish in link.wishes()] == inside, "what is shown in a frame outside is no wish for the last one"
+seen["wished_outside"] = sorted(wish.frame for wish in link.wishes())
+try:
+    scene_link.add_handle(link, first, 90)
+    seen["handle_outside"] = ""
+except ValueError as error:
+    seen["handle_outside"] = str(error)
+scene.frame_set(30)
 counts.append(len(spot.data.vertices))
 
 shapes = link.shapes()

@@ -104,6 +104,16 @@ def small_scene(frames=60, **options):
     return limber.scene_from_arrays(nodes, tets, frames=frames, **(settings | options))
 
 
+def two_material_scene(**options):
+    """The bar of small_scene(); its outer half is of a second material."""
+    scene = small_scene(**options)
+    nodes, tets = bar()
+    outer = nodes[tets].mean(axis=1)[:, 0] > 1.5
+    group = scene.material_groups.add(tets=[i for i, is_outer in enumerate(outer) if is_outer])
+    group.material.youngs_modulus, group.material.poissons_ratio, group.material.density = 1e6, 0.2, 3000
+    return scene
+
+
 def tip_of(session):
     """The node at the free end's corner."""
     return int(session.geometry().rest.sum(axis=1).argmax())

@@ -74,9 +74,8 @@ def test_the_motion_follows_wishes(server, live_box):
     (constraint,) = session.constraints()
     assert constraint.frame == 25 and constraint.target == pytest.approx(at + (0, 0, 0.5), abs=1e-6)
     assert session.frames()[25, tip] == pytest.approx(at + (0, 0, 0.5), abs=0.02)
-    # The surface is where the tets are.
-    embedding = limber.Embedding.of(live_box.body.vertices, live_box.nodes, session.geometry().tets)
-    assert np.allclose(live_box.picture.shapes(), embedding.positions(session.frames()), atol=1e-4)
+    # The surface is where the server has it.
+    assert np.allclose(live_box.picture.shapes(), session.frames(encoding="surface"), atol=1e-4)
     assert np.allclose(live_box.picture.shape(20.5), live_box.picture.shapes()[20:22].mean(axis=0), atol=1e-5)
 
     number = live_box.wish([Wish("a", 25, tip, tuple(at + (0, 0, 0.5)), exact=True), Wish("a", 40, tip, tuple(at))])
@@ -126,6 +125,9 @@ def test_frames_of_the_timeline(start, scene_rate, rate):
     assert clock.motion_frame(start) == 0 and clock.motion_frame(start - 5) == 0 and clock.motion_frame(1e6) == 49
     for frame in (0, 7, 49):
         assert clock.motion_frame(clock.timeline_frame(frame)) == pytest.approx(frame)
+        assert clock.edited_frame(clock.timeline_frame(frame)) == frame
+    for frame in (-1, 50, 1000):
+        assert clock.edited_frame(clock.timeline_frame(frame)) is None
     assert clock.motion_frame(start + 0.5 * scene_rate) == pytest.approx(0.5 * rate)
 
 
@@ -162,7 +164,10 @@ def test_in_blender(server, tmp_path):
     assert seen["client"].startswith(str(tmp_path)), "the client in the zip is used"
     assert seen["vertices"] == [2930] * 4
     assert seen["kept"] == {"loops": True, "uv": True, "materials": True}
-    assert seen["wished_frames"] == [20, 35]  # keys in 30 and 45 of a timeline that begins with 10
+    # Keys in 30 and 45 of a timeline of 10 to 69; those in 2, 9, 70 and 90 are outside of it.
+    assert seen["wished_frames"] == [20, 35] and seen["constraint_frames"] == [20, 35]
+    assert seen["wished_outside"] == [20, 35], "the current frame is outside, too"
+    assert "outside of the motion" in seen["handle_outside"]
     # The node beside the vertex is held, which turns with the body.
     assert seen["drag_moved"] > 0.3 and seen["miss"] < 0.15 * seen["drag_moved"]
     assert seen["early_states"] <= 0.01 and seen["before_start"] <= 1e-4

@@ -1,9 +1,12 @@
 """Masses, stiffness and modes that the client makes are those of the session."""
 
+import contextlib
+
 import limber
 import numpy as np
 import pytest
-from conftest import bar, small_scene
+from conftest import bar, small_scene, tip_of, two_material_scene
+from limber.bodies import strains
 
 pytest.importorskip("scipy")
 
@@ -25,6 +28,50 @@ def test_with_a_speed_free_and_in_another_unit(server, options):
     assert modal.frequencies * modal.speed == pytest.approx(modal.reported, rel=1e-5)
     assert (abs(modal.speed - 1) > 0.1) == (options["period_frames"] > 0)
     opened.close()
+
+
+def test_bodies_of_several_materials(server):
+    with contextlib.closing(server.open(two_material_scene(period_frames=0.0), progress=False)) as opened:
+        modal = opened.modal()
+        assert modal.frequencies == pytest.approx(modal.reported, rel=1e-5) and modal.speed == pytest.approx(1, rel=1e-6)
+        assert modal.lumped_mass.sum() == pytest.approx(3 * 1.5 * (1000 + 3000))
+
+
+def test_materials_of_mesh_files(server, tmp_path):
+    """The session reports them as groups."""
+    with contextlib.closing(server.open(small_scene(), progress=False)) as opened:
+        opened.export(tmp_path, ("scene",), stem="mixed")
+    halves = np.array_split(np.arange(len(bar()[1])), 2)
+    (tmp_path / "mixed.elastic").write_text("*groups 2\n\n" + "".join(
+        f"*MATERIAL, NAME=M{density}\n*ELASTIC\n{young}, 0.3\n*DENSITY {density}\n*num_of_tets {len(tets)}\n\n"
+        for young, density, tets in zip((1e5, 1e6), (1000, 3000), halves)) + "".join(
+        f"*ELSET, ELSET=M{density}\n{', '.join(map(str, tets.tolist()))}\n\n" for density, tets in zip((1000, 3000), halves)))
+    scene = limber.scene_from_mesh(tmp_path / "mixed.vtu", modes=8, tolerance=0.05, frames=60, period_frames=0.0)
+    assert not scene.material_groups
+    with contextlib.closing(server.open(scene, progress=False)) as opened:
+        modal = opened.modal()
+        assert modal.frequencies == pytest.approx(modal.reported, rel=1e-5)
+        assert modal.lumped_mass.sum() == pytest.approx(3 * 1.5 * (1000 + 3000))
+
+
+def test_stresses_of_several_materials(server):
+    with contextlib.closing(server.open(two_material_scene(), progress=False)) as opened:
+        opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.4, 0))
+        opened.wait()
+        geometry, positions = opened.geometry(), opened.frames(30, 1)[0]
+        groups, shown = opened.settings().material_groups, opened.coloured("stress", 30)
+        tets = strains.tets_of(shown.faces, geometry.tets)
+        for face in (0, len(tets) - 1):
+            tet = tets[face]
+            (material,) = [group.material for group in groups if tet in group.tets]
+            young, poisson = material.youngs_modulus, material.poissons_ratio
+            gradient = strains.gradients(geometry.rest, geometry.tets[[tet]], positions)[0]
+            strain = (gradient.T @ gradient - np.eye(3)) / 2
+            second = young / (1 + poisson) * (strain + poisson / (1 - 2 * poisson) * np.trace(strain) * np.eye(3))
+            stress = gradient @ second @ gradient.T / np.linalg.det(gradient)
+            deviator = stress - np.trace(stress) / 3 * np.eye(3)
+            assert shown.values[face] == pytest.approx(np.sqrt(1.5 * (deviator ** 2).sum()), rel=1e-4)
+        assert {group.material.youngs_modulus for group in groups} == {1e5, 1e6}
 
 
 def test_matrices_and_modes(server):

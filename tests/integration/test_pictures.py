@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import tip_of
 from limber.bodies import strains
+from limber.bodies.tet_materials import TetMaterials
 from linkage_inputs import linkage  # noqa: F401
 from refusals import refusal
 from test_saved_motions import arch
@@ -59,7 +60,9 @@ def test_strains_and_stresses():
     assert np.allclose(gradient, turn @ np.diag([1.1, narrow, narrow]))
     assert strains.largest_strain(gradient) == pytest.approx(0.1)
     # One stress alone: E times Green's strain, pushed to the shape as it is now.
-    assert strains.von_mises(gradient, young, poisson) == pytest.approx(young * green * 1.1 / narrow ** 2)
+    materials = TetMaterials(np.array([young, 3 * young]), np.array([poisson, poisson]), np.array([1.0, 1.0]))
+    expected = young * green * 1.1 / narrow ** 2
+    assert strains.von_mises(gradient, materials) == pytest.approx([expected, 3 * expected])
     assert strains.tets_of(np.array([(2, 0, 1), (4, 3, 2), (3, 4, 1)]), tets).tolist() == [0, 1, 1]
 
 

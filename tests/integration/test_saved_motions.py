@@ -1,5 +1,6 @@
 """Files that the Python client makes of motions hold what the session holds."""
 
+import contextlib
 import csv
 import os
 import re
@@ -199,25 +200,39 @@ def test_a_drawn_surface_keeps_its_vertices(server, tmp_path):
     filled = server.tetrahedralize(surface, tets=3000, within=1)
     held = np.flatnonzero(filled.nodes[:, 1] < np.quantile(filled.nodes[:, 1], 0.05))
     opened = server.open(limber.scene_from_arrays(filled.nodes, filled.tets, frames=40, fixed_nodes=held, modes=10,
-                                                  tolerance=0.2, youngs_modulus=1e5), progress=False)
+                                                  tolerance=0.2, youngs_modulus=1e5, surface=surface), progress=False)
     opened.add(node=int(filled.nodes[:, 1].argmax()), frame=20, displacement=(0.2, 0.05, 0))
     opened.wait()
 
     out = tmp_path / "out"
     out.mkdir()
-    saved = opened.save(out / "moving.pc2", surface=surface)
-    assert [file.name for file in saved] == ["moving.pc2", "moving.obj", "spot.mtl"] and saved.vertices == 2930
+    saved = opened.save(out / "moving.pc2")
+    assert [file.name for file in saved] == ["moving.pc2", "moving_detail.obj", "spot.mtl"] and saved.vertices == 2930
     assert saved.files[1].read_bytes() == surface.read_bytes()
+    assert saved.files[2].read_bytes() == (tmp_path / "spot.mtl").read_bytes()
     shapes = np.frombuffer(saved.files[0].read_bytes(), "<f4", offset=32).reshape(40, 2930, 3)
-    frames, rest = opened.frames(), opened.geometry().rest
-    # At rest they are where they were drawn, and they move as the node next to them, nearly.
-    assert np.abs(limber.Embedding.of(vertices, rest, opened.geometry().tets).positions(rest) - vertices).max() < 1e-5
+    frames, geometry = opened.frames(), opened.geometry()
+    rest = geometry.rest
+    assert np.allclose(shapes, opened.frames(encoding="surface"), atol=1e-5)
+    assert opened.save(out / "tets.pc2", surface="nodes").vertices == len(np.unique(geometry.surface))
+    # They move as the node next to them, nearly.
     nearest = np.array([np.linalg.norm(rest - vertex, axis=1).argmin() for vertex in vertices])
     moved = frames[20, nearest] - rest[nearest]
     assert np.linalg.norm(moved, axis=1).max() > 0.1
     assert np.abs(shapes[20] - vertices - moved).max() < 0.05
 
-    saved = opened.save(out / "moving.glb", surface=surface)
+    # The client's embedding is the server's, also outside; of tets that are equally near either may count.
+    carried, embedded = opened.carried_surface(), limber.Embedding.of(vertices, rest, geometry.tets)
+    assert carried.outside_count > 100
+    assert embedded.distances.max() == pytest.approx(carried.outside_distance, rel=1e-4)
+    apart = np.linalg.norm(embedded.positions(frames) - carried.positions(frames), axis=2).max(axis=0)
+    is_same_tet = (np.sort(embedded.nodes, axis=1) == np.sort(carried.nodes, axis=1)).all(axis=1)
+    assert is_same_tet.mean() > 0.9 and apart[is_same_tet].max() < 1e-5
+    for vertex in np.flatnonzero(~is_same_tet):
+        of_server = limber.Embedding.of(vertices[[vertex]], rest, carried.nodes[[vertex]])
+        assert of_server.distances[0] == pytest.approx(embedded.distances[vertex], abs=1e-6)
+
+    saved = opened.save(out / "moving.glb")
     document, values = read(out / "moving.glb")
     faces, positions, _ = played(out / "moving.glb")
     coat, legs = document["materials"]
@@ -232,3 +247,71 @@ def test_a_drawn_surface_keeps_its_vertices(server, tmp_path):
     assert np.abs(positions[:, faces.ravel()] - shapes[:, [int(v) - 1 for v, *_ in corners]]).max() <= 1.01 * saved.error
     validate(out / "moving.glb")
     opened.close()
+
+
+@pytest.fixture
+def box(tmp_path):
+    """An artist's .obj around the bar of small_scene(), with its materials."""
+    (tmp_path / "coat.mtl").write_text("newmtl coat\nKd 1 0.5 0.25\n")
+    path = tmp_path / "box.obj"
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 3)]
+    faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+    path.write_text("mtllib coat.mtl\n" + "".join("v {} {} {}\n".format(*corner) for corner in corners) + "usemtl coat\n"
+                    + "".join(f"f {face}\n" for face in faces))
+    return path
+
+
+def test_no_file_of_others_is_replaced(session, box):
+    drawn = box.read_bytes()
+    saved = session.save(box.with_suffix(".pc2"), surface=box)
+    assert [file.name for file in saved] == ["box.pc2", "box_detail.obj", "coat.mtl"] and box.read_bytes() == drawn
+    assert [file.name for file in session.save(box.with_suffix(".mdd"))] == ["box.mdd", "box_surface.obj"]
+    session.add(node=tip_of(session), frame=30, displacement=(0, 0.3, 0.1))
+    session.wait()
+    session.save(box.with_suffix(".mdd"))  # its own
+    detail, cache = box.with_name("box_detail.obj"), box.with_suffix(".pc2").read_bytes()
+    detail.write_bytes(drawn + b"# mine\n")
+    assert refusal(lambda: session.save(box.with_suffix(".pc2"), surface=box)) == ("FAILED_PRECONDITION", "path")
+    assert detail.read_bytes() == drawn + b"# mine\n" and box.with_suffix(".pc2").read_bytes() == cache
+    box.with_name("box_surface.obj").write_bytes(drawn)
+    assert refusal(lambda: session.save(box.with_suffix(".pc2"))) == ("FAILED_PRECONDITION", "path")
+    assert box.with_name("box_surface.obj").read_bytes() == drawn
+
+
+def test_carried_surfaces_of_other_formats(server, box):
+    """The .obj is of their triangles; the artist's own one of the same vertices has the same motion."""
+    words = [line.split() for line in box.read_text().splitlines()]
+    vertices = [" ".join(word[1:]) for word in words if word[0] == "v"]
+    faces = [f"{len(word) - 1} " + " ".join(str(int(corner) - 1) for corner in word[1:]) for word in words if word[0] == "f"]
+    header = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}", *(f"property float {axis}" for axis in "xyz"),
+              f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    drawn = box.with_name("drawn.ply")
+    drawn.write_text("\n".join([*header, *vertices, *faces]) + "\n")
+    with contextlib.closing(server.open(small_scene(surface=drawn), progress=False)) as opened:
+        opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.3, 0.1))
+        opened.wait()
+        saved = opened.save(box.with_name("a.pc2"))
+        assert [file.name for file in saved] == ["a.pc2", "a_detail.obj"] and saved.vertices == 8
+        again = opened.save(box.with_name("b.pc2"), surface=box)
+        assert [file.name for file in again] == ["b.pc2", "b_detail.obj", "coat.mtl"]
+        assert again.files[0].read_bytes() == saved.files[0].read_bytes()
+        shapes = np.frombuffer(saved.files[0].read_bytes(), "<f4", offset=32).reshape(-1, 8, 3)
+        assert np.abs(shapes - opened.frames(encoding="surface")).max() < 1e-5 and np.ptp(shapes, axis=0).max() > 0.2
+
+
+def test_materials_are_those_beside_the_file_alone(session, box):
+    """Names with folders in an .obj read nothing from there."""
+    folder = box.parent / "given"
+    folder.mkdir()
+    (box.parent / "secret.mtl").write_text("newmtl coat\nKd 0 0 1\n")
+    (folder / "coat.mtl").write_text("newmtl coat\nKd 0 1 0\n")
+    drawn = folder / "box.obj"
+    drawn.write_text(box.read_text().replace("mtllib coat.mtl", f"mtllib ../secret.mtl\nmtllib {box.parent}/secret.mtl\n"
+                                             "mtllib ..\\coat.mtl\nmtllib ../coat.mtl\nmtllib .."))
+    out = box.parent / "out"
+    out.mkdir()
+    assert [file.name for file in session.save(out / "a.pc2", surface=drawn)] == ["a.pc2", "a_detail.obj", "coat.mtl"]
+    assert (out / "coat.mtl").read_bytes() == (folder / "coat.mtl").read_bytes()
+    session.save(out / "a.glb", surface=drawn)
+    (material,) = read(out / "a.glb")[0]["materials"]
+    assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0, 1, 0, 1]

@@ -15,8 +15,16 @@ class Clock:
     frames: int       # of the motion
 
     def motion_frame(self, frame: float) -> float:
-        """Of the motion, between 0 and its last one, in fractions where rates differ."""
-        return min(max((frame - self.start) * self.rate / self.scene_rate, 0.0), self.frames - 1.0)
+        """Which of the motion is shown, in fractions where rates differ: before it the first, after it the last."""
+        return min(max(self._unbounded(frame), 0.0), self.frames - 1.0)
+
+    def edited_frame(self, frame: float) -> "int | None":
+        """The nearest of the motion; None: it lies before or after the motion."""
+        nearest = int(round(self._unbounded(frame)))
+        return nearest if 0 <= nearest < self.frames else None
+
+    def _unbounded(self, frame: float) -> float:
+        return (frame - self.start) * self.rate / self.scene_rate
 
     def timeline_frame(self, frame: float) -> float:
         """Of Blender's timeline."""

@@ -1,4 +1,4 @@
-"""A session whose constraints follow what is wanted, in a thread of its own: nobody waits for the server."""
+"""A session whose constraints follow wishes, in a thread of its own: nobody waits for the server."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class Live:
         self._picture: "Picture | None" = None
         self._state, self._error, self._stopped = "connecting", "", False
         self._session: "limber.Session | None" = None
-        self._embedded: "dict[str, np.ndarray]" = {}
+        self._surface_basis: "dict[str, np.ndarray]" = {}
         self._thread = threading.Thread(target=self._run, daemon=True, name="limber")
         self._thread.start()
 
@@ -164,18 +164,18 @@ class Live:
             lines += ["f {} {} {}".format(*corners) for corners in (body.triangles + 1).tolist()]
             path.write_text("\n".join(lines) + "\n")
             filled = server.tetrahedralize(path, tets=body.tets, within=1.0, progress=False, timeout=PATIENCE)
-        nodes = np.asarray(filled.nodes, dtype=float)
-        fixed = sorted({int(np.linalg.norm(nodes - body.vertices[vertex], axis=1).argmin()) for vertex in body.fixed})
-        options = {"period_frames": body.period * body.rate} if body.period > 0 else {}
-        scene = limber.scene_from_arrays(
-            nodes, filled.tets, name=body.name, frames=body.frames, fixed_nodes=fixed, frames_per_second=body.rate,
-            length_unit_in_metres=body.metres, youngs_modulus=body.youngs_modulus, density=body.density,
-            modes=body.modes, tolerance=body.tolerance, **options)
+            nodes = np.asarray(filled.nodes, dtype=float)
+            fixed = sorted({int(np.linalg.norm(nodes - body.vertices[vertex], axis=1).argmin()) for vertex in body.fixed})
+            options = {"period_frames": body.period * body.rate} if body.period > 0 else {}
+            scene = limber.scene_from_arrays(
+                nodes, filled.tets, name=body.name, frames=body.frames, fixed_nodes=fixed, frames_per_second=body.rate,
+                length_unit_in_metres=body.metres, youngs_modulus=body.youngs_modulus, density=body.density,
+                modes=body.modes, tolerance=body.tolerance, surface=path, **options)
         self._state = "building"
         self._session = server.open(scene, progress=False, timeout=PATIENCE)
         self.nodes, self.surface_nodes = nodes, np.unique(self._session.geometry().surface)
-        self._embedding = limber.Embedding.of(body.vertices, nodes, filled.tets)
-        self._known: "dict[tuple[str, int], tuple[Wish, int]]" = {}
+        self._surface = self._session.carried_surface()
+        self._sent: "dict[tuple[str, int], tuple[Wish, int]]" = {}  # wishes that are constraints, and their ids
         self._state = "ready"
         self._show(0, final=True)
 
@@ -222,30 +222,30 @@ class Live:
             return
 
     def _send(self, wishes: "tuple[Wish, ...]") -> bool:
-        """The edits between what is known and what is wanted, as one revision; False: there are none."""
-        wanted = {(wish.handle, wish.frame): wish for wish in wishes}
-        edits, kept = [], []
-        for key, (wish, id) in list(self._known.items()):
-            now = wanted.get(key)
+        """The edits between the constraints and the wishes, as one revision; False: there are none."""
+        requested = {(wish.handle, wish.frame): wish for wish in wishes}
+        edits, changes = [], []
+        for key, (wish, id) in list(self._sent.items()):
+            now = requested.get(key)
             if now is None or (now.node, now.exact) != (wish.node, wish.exact):
                 edits.append(limber.remove(id))
-                kept.append((key, None))
+                changes.append((key, None))
             elif now.position != wish.position:
                 edits.append(limber.move(id, now.position))
-                kept.append((key, (now, id)))
-        gone = {key for key, value in kept if value is None}
-        for key, wish in wanted.items():
-            if key not in self._known or key in gone:
+                changes.append((key, (now, id)))
+        gone = {key for key, value in changes if value is None}
+        for key, wish in requested.items():
+            if key not in self._sent or key in gone:
                 edits.append(limber.add(frame=wish.frame, node=wish.node, position=wish.position, exact=wish.exact))
-                kept.append((key, wish))
+                changes.append((key, wish))
         if not edits:
             return False
         receipt = self._session.edit(edits)
-        for (key, value), id in zip(kept, receipt.constraint_ids):
+        for (key, value), id in zip(changes, receipt.constraint_ids):
             if value is None:
-                del self._known[key]
+                del self._sent[key]
             else:
-                self._known[key] = value if isinstance(value, tuple) else (value, id)
+                self._sent[key] = value if isinstance(value, tuple) else (value, id)
         return True
 
     def _show(self, number: int, final: bool) -> None:
@@ -253,9 +253,9 @@ class Live:
         frames = self._session.raw_frames()
         geometry = self._session.geometry_for(frames)  # bases grow while motions are edited
         coordinates = np.array(arrays.to_numpy(frames.data, "frames"))
-        basis = self._embedded.get(geometry.basis_hash)
+        basis = self._surface_basis.get(geometry.basis_hash)
         if basis is None:
-            basis = self._embedding.basis(geometry.basis)
-            self._embedded = {geometry.basis_hash: basis}
+            basis = self._surface.basis(geometry.basis)
+            self._surface_basis = {geometry.basis_hash: basis}
         number_of = self._picture.number + 1 if self._picture else 1
         self._picture = Picture(self.body.vertices, basis, coordinates, number_of, final, number)

@@ -72,7 +72,11 @@ class AddHandle(_OfLink):
 
     def execute(self, context):
         link = link_of(context)
-        empty = add_handle(link, context.scene.cursor.location, context.scene.frame_current)
+        try:
+            empty = add_handle(link, context.scene.cursor.location, context.scene.frame_current)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
         for other in context.selected_objects:
             other.select_set(False)
         empty.select_set(True)

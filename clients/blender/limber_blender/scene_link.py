@@ -81,11 +81,11 @@ class Link:
     def wishes(self) -> "list[live.Wish]":
         """What the empties ask for now: in each frame with a key of their location, else in the frame they were made in."""
         made, clock = [], self.clock
-        now = int(round(clock.motion_frame(self.scene.frame_current)))
+        now = clock.edited_frame(self.scene.frame_current)
         for empty in self.handles():
             node = int(empty["limber_node"])
             offset = np.array(empty["limber_offset"], dtype=float)
-            for frame, place in places(empty, clock, self.frames):
+            for frame, place in places(empty, clock):
                 if frame == now:  # as it is dragged, before a key is set
                     place = np.array(empty.matrix_world.translation)
                 position = tuple(float(np.float32(x)) for x in place + offset)
@@ -138,22 +138,26 @@ class Link:
         LINKS.pop(self.name, None)
 
 
-def places(empty, clock: Clock, frames: int) -> "list[tuple[int, np.ndarray]]":
-    """Frames of the motion with keys of the empty's location, and where the keys put it in the world."""
+def places(empty, clock: Clock) -> "list[tuple[int, np.ndarray]]":
+    """Frames of the motion with keys of the empty's location, and where the keys put it in the world. Keys before the motion
+    and after it do not count."""
     curves = [curve for curve in (empty.animation_data.action.fcurves if empty.animation_data and empty.animation_data.action
                                   else []) if curve.data_path == "location"]
     at = sorted({key.co[0] for curve in curves for key in curve.keyframe_points})
     if not at:
-        frame = int(round(clock.motion_frame(empty["limber_frame"])))
-        return [(frame, np.array(empty.matrix_world.translation))]
+        only = clock.edited_frame(empty["limber_frame"])
+        return [] if only is None else [(only, np.array(empty.matrix_world.translation))]
     parent = (empty.parent.matrix_world @ empty.matrix_parent_inverse) if empty.parent else Matrix.Identity(4)
-    found = {}
+    by_frame = {}
     for frame in at:
+        edited = clock.edited_frame(frame)
+        if edited is None:
+            continue
         location = list(empty.location)
         for curve in curves:
             location[curve.array_index] = curve.evaluate(frame)
-        found[int(round(clock.motion_frame(frame)))] = np.array(parent @ Vector(location))
-    return [(frame, place) for frame, place in sorted(found.items()) if 0 <= frame < frames]
+        by_frame[edited] = np.array(parent @ Vector(location))
+    return sorted(by_frame.items())
 
 
 def add_handle(link: Link, place, frame: int):
@@ -161,6 +165,9 @@ def add_handle(link: Link, place, frame: int):
     picture = link.live.picture
     if picture is None:
         raise RuntimeError("the session is not ready yet")
+    if link.clock.edited_frame(frame) is None:
+        last = link.clock.timeline_frame(link.frames - 1)
+        raise ValueError(f"frame {frame} is outside of the motion, which has the frames {link.start} to {last:g}")
     nodes = link.live.nodes[link.live.surface_nodes]
     # The vertex of the shown surface nearest to the place, then the node nearest to where that vertex is drawn.
     shape = picture.shape(link.clock.motion_frame(frame))

@@ -75,7 +75,8 @@ def _add_save(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of .glb, as a share of the size (%(default)g)")
     parser.add_argument("--up", choices=("y", "z"), default="z", help="of the scene, for .glb (z)")
-    parser.add_argument("--surface", help="an .obj that was drawn around the tets of a body and follows them")
+    parser.add_argument("--surface", help="of a body: an .obj that was drawn around its tets and follows them, or 'nodes' for the "
+                        "boundary of its tets; by default the surface that it carries, if any")
     parser.set_defaults(run=_save)
 
 

@@ -51,6 +51,12 @@ def fetch(session: "OpenSession", name: str, timeout: float = 120.0) -> dict[str
     return files
 
 
+def fetch_first_part(session: "OpenSession", name: str, timeout: float = 120.0) -> dict[str, bytes]:
+    """As fetch(), of the first part alone: whatever of a motion does not change from frame to frame is in it."""
+    response = next(_parts(session, name, "", timeout, lambda what, share: None))
+    return {file.name: file.content for file in response.files}
+
+
 def _parts(session: "OpenSession", name: str, stem: str, timeout: float,
            report: Callable[[str, float], None]) -> "Iterator[service.ExportResponse]":
     """Of one format, all of the same result."""

@@ -41,11 +41,19 @@ def surface_file(path: "str | os.PathLike[str]", *, field: str = "surface.path")
     path = checks.path(path, field)
     message = messages.MeshFile(name=path.name, content=read(path, field))
     if path.suffix.lower() == ".obj":
-        for name in re.findall(rb"(?m)^mtllib[ \t]+([^\r\n]+?)[ \t]*\r?$", message.content):
-            beside = path.parent / Path(os.fsdecode(name)).name
-            if beside.is_file():
-                message.companions[beside.name] = read(beside, field)
+        message.companions.update(material_libraries(path, message.content, field))
     return message
+
+
+def material_libraries(path: Path, content: bytes, field: str) -> "dict[str, bytes]":
+    """The .mtl files that an .obj names and that are beside it, by name. Folders in these names are left out: what comes with an
+    .obj never reads a file from elsewhere."""
+    libraries: "dict[str, bytes]" = {}
+    for text in re.findall(rb"(?m)^[ \t]*mtllib[ \t]+([^\r\n]+?)[ \t]*\r?$", content):
+        name = re.split(r"[/\\]", os.fsdecode(text))[-1]
+        if name not in libraries and name and (path.parent / name).is_file():
+            libraries[name] = read(path.parent / name, field)
+    return libraries
 
 
 def surface_beside(mesh: Path) -> Path | None:

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from .errors import LimberError
-from .files import read
+from .files import material_libraries, read
 
 
 @dataclass(frozen=True)
 class ObjSurface:
-    """What an .obj says, and its bytes."""
+    """What an .obj and its materials say, and their bytes."""
 
     vertices: np.ndarray   # n x 3, in the order of the file
     texcoords: np.ndarray  # m x 2; none: 0 x 2
@@ -22,12 +22,18 @@ class ObjSurface:
     materials: np.ndarray  # triangles: numbers of names; -1: none
     names: tuple[str, ...]  # of materials, in the order of their first use
     content: bytes
-    libraries: tuple[Path, ...]  # of materials, that are beside it
+    libraries: "dict[str, bytes]"  # of materials, by the names of their files
 
 
 def load(path: Path, field: str) -> ObjSurface:
+    """A file with the materials that are beside it."""
     content = read(path, field)
-    vertices, texcoords, corners, textures, libraries = [], [], [], [], []
+    return parse(content, material_libraries(path, content, field), str(path), field)
+
+
+def parse(content: bytes, libraries: "dict[str, bytes]", name: str, field: str) -> ObjSurface:
+    """name: what errors call the file."""
+    vertices, texcoords, corners, textures = [], [], [], []
     materials: "list[int]" = []
     names: "dict[str, int]" = {}
     material = -1
@@ -48,16 +54,14 @@ def load(path: Path, field: str) -> ObjSurface:
                     textures.append([corner[1] for corner in fan])
                     materials.append(material)
             elif words[0] == "usemtl":
-                material = names.setdefault(line.split(maxsplit=1)[1].strip(), len(names))
-            elif words[0] == "mtllib":
-                libraries.append(path.parent / line.split(maxsplit=1)[1].strip())
+                material = names.setdefault(" ".join(words[1:]), len(names))
     except (ValueError, IndexError) as error:
-        raise LimberError("MALFORMED", f"{path} is no .obj of a surface: {error}", field) from error
+        raise LimberError("MALFORMED", f"{name} is no .obj of a surface: {error}", field) from error
     made = ObjSurface(np.array(vertices, dtype=float).reshape(-1, 3), np.array(texcoords, dtype=float).reshape(-1, 2),
                       np.array(corners, dtype=np.int64).reshape(-1, 3), np.array(textures, dtype=np.int64).reshape(-1, 3),
-                      np.array(materials, dtype=np.int64), tuple(names), content, tuple(library for library in libraries if library.is_file()))
+                      np.array(materials, dtype=np.int64), tuple(names), content, libraries)
     if not len(made.corners) or made.corners.min() < 0 or made.corners.max() >= len(vertices):
-        raise LimberError("MALFORMED", f"{path} has no faces, or faces of vertices that are not there", field)
+        raise LimberError("MALFORMED", f"{name} has no faces, or faces of vertices that are not there", field)
     return made
 
 
@@ -73,13 +77,13 @@ def _corner(word: str, vertices: int, texcoords: int) -> "tuple[int, int]":
 def colours(surface: ObjSurface) -> "dict[str, tuple[float, float, float, float]]":
     """Of materials, as their libraries have them: diffuse colour and opacity. Textures are left out."""
     found: "dict[str, tuple[float, float, float, float]]" = {}
-    for library in surface.libraries:
+    for library in surface.libraries.values():
         name = ""
-        for line in read(library, "surface").decode("utf-8", "replace").splitlines():
+        for line in library.decode("utf-8", "replace").splitlines():
             words = line.split()
             try:
                 if words[:1] == ["newmtl"]:
-                    name = line.split(maxsplit=1)[1].strip()
+                    name = " ".join(words[1:])
                     found[name] = (0.8, 0.8, 0.8, 1.0)
                 elif words[:1] == ["Kd"] and name:
                     found[name] = (*(float(word) for word in (words[1:] * 3)[:3]), found[name][3])

@@ -25,6 +25,7 @@ from .saving import Saved
 from .stream import FrameStream
 
 if TYPE_CHECKING:
+    from .obj_files import ObjSurface
     from .server import Server
 
 _UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL,
@@ -206,6 +207,10 @@ class OpenSession:
         """What is drawn of the newest result, in all frames; drawn: vertices and triangles that follow a body instead."""
         raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
 
+    def carried_obj(self) -> "ObjSurface | None":
+        """The surface that a body carries, as its .obj says; None: there is none."""
+        return None
+
     COLOURS: tuple[str, ...] = ("none",)  # what picture() takes
 
     def coloured(self, colour: str, frame: int, yield_stress: float | None) -> Coloured:
@@ -219,7 +224,7 @@ class OpenSession:
         """Draws the newest result into a .png, .svg or .pdf; needs python3-matplotlib, and no display.
 
         colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of
-        bodies with the scene's material), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
+        bodies with the material of each tet), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
         the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene. size: inches;
         limits: of the colours' scale, where pictures are to be compared.
         """
@@ -240,15 +245,17 @@ class OpenSession:
         - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
           more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` ("y"
           or "z") turned to glTF's y
-        - ".mdd", ".pc2": caches of all vertices, with an .obj beside
+        - ".mdd", ".pc2": caches of all vertices, with an .obj beside: STEM_surface.obj, or STEM_detail.obj of an artist's surface. Files
+          there that save() did not write are never replaced: it refuses (FAILED_PRECONDITION)
         - ".pvd": a .vtu of the surface for each frame
         - ".csv": a row for each node (of a linkage, joint) and frame, or for `nodes` alone
 
         Frames of linkages and beams are the equilibria along the path, 24 a second unless frames_per_second says otherwise;
         those of bodies are at the rate of the scene.
 
-        surface: of a body, an .obj that was drawn around its tets: it follows them, with its own vertices in their order, texture
-        coordinates, and, beside a cache, its materials.
+        surface: of a body, what follows its tets. By default the surface that its scene carries, with the artist's vertices in their
+        order, texture coordinates and materials (of the .mtl files that were beside it), else the boundary of its tets, which is
+        "nodes". Or another .obj that was drawn around the tets: those of its materials count that are in files beside it.
         """
         return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes,
                            surface=surface)

@@ -19,6 +19,8 @@ from .obj_files import ObjSurface
 if TYPE_CHECKING:
     from .open_session import OpenSession
 
+NODES = "nodes"      # as `surface`: the boundary of a body's tets
+MARK = "# limber: the first frame of a motion\n"  # first line of an .obj that may be replaced
 TOLERANCE = 1e-4     # of morph targets, as a share of the size
 MOST_TARGETS = 256
 
@@ -51,12 +53,12 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
         raise invalid("frames_per_second", f"frames_per_second must be > 0, is {frames_per_second}")
     try:
         if ending == ".csv":
-            if surface is not None:
+            if surface not in (None, NODES):
                 raise invalid("surface", "a .csv has nodes and no surface")
             return _csv(target, session.moving_points(), rate, nodes)
         if nodes is not None:
             raise invalid("nodes", "nodes are of .csv: other files have the whole surface")
-        drawn = None if surface is None else obj_files.load(checks.path(surface, "surface"), "surface")
+        drawn = _drawn(session, surface)
         moving = session.moving_surface(None if drawn is None else (drawn.vertices, drawn.corners))
         moving = moving if rate is None else replace(moving, frames_per_second=rate)
         if ending == ".glb":
@@ -64,6 +66,13 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
         return _series(target, moving) if ending == ".pvd" else _cache(target, moving, drawn)
     except OSError as error:
         raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+
+
+def _drawn(session: "OpenSession", surface: "str | os.PathLike[str] | None") -> "ObjSurface | None":
+    """What is saved in place of the session's own surface."""
+    if surface is None:
+        return session.carried_obj()
+    return None if surface == NODES else obj_files.load(checks.path(surface, "surface"), "surface")
 
 
 def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", tolerance: float, up: str) -> Saved:
@@ -93,28 +102,43 @@ def _materials(drawn: "ObjSurface | None") -> "list[gltf.Material]":
 
 
 def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> Saved:
-    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn."""
+    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn, with its materials."""
     frames, vertices = surface.positions.shape[:2]
+    if drawn is None:
+        beside = {f"{target.stem}_surface.obj": _obj(surface)}
+    else:
+        beside = {f"{target.stem}_detail.obj": drawn.content, **drawn.libraries}
+    files = {target.with_name(name): content for name, content in beside.items()}
+    for file, content in files.items():
+        _check_replaceable(file, content)
     if target.suffix.lower() == ".mdd":
         times = np.arange(frames) / surface.frames_per_second
-        content = (struct.pack(">ii", frames, vertices) + times.astype(">f4").tobytes()
-                   + surface.positions.astype(">f4").tobytes())
+        cache = (struct.pack(">ii", frames, vertices) + times.astype(">f4").tobytes()
+                 + surface.positions.astype(">f4").tobytes())
     else:
-        content = (struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices, 0.0, 1.0, frames)
-                   + surface.positions.astype("<f4").tobytes())
-    target.write_bytes(content)
-    beside = target.with_suffix(".obj")
-    if drawn is not None:
-        beside.write_bytes(drawn.content)
-        copies = [beside.with_name(library.name) for library in drawn.libraries]
-        for library, copy in zip(drawn.libraries, copies):
-            if not copy.exists():
-                copy.write_bytes(library.read_bytes())
-        return Saved((target, beside, *copies), frames, vertices)
+        cache = (struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices, 0.0, 1.0, frames)
+                 + surface.positions.astype("<f4").tobytes())
+    target.write_bytes(cache)
+    for file, content in files.items():
+        if not file.exists() or file.read_bytes() != content:
+            file.write_bytes(content)
+    return Saved((target, *files), frames, vertices)
+
+
+def _obj(surface: MovingSurface) -> bytes:
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.positions[0].tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
-    beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return Saved((target, beside), frames, vertices)
+    return (MARK + "\n".join(lines) + "\n").encode("ascii")
+
+
+def _check_replaceable(file: Path, content: bytes) -> None:
+    """Refuses to write over a file that is not the same and that save() did not make."""
+    if not os.path.lexists(file):
+        return
+    old = file.read_bytes()
+    if old != content and not old.startswith(MARK.encode("ascii")):
+        raise LimberError("FAILED_PRECONDITION", f"{file} exists, and save() did not write it: save under another name or in "
+                                                 "another folder", "path")
 
 
 def _series(target: Path, surface: MovingSurface) -> Saved:
@@ -136,12 +160,12 @@ def _csv(target: Path, points: MovingPoints, rate: float | None, nodes: "Iterabl
     numbers = list(points.numbers)
     places = range(len(numbers))
     if nodes is not None:
-        wanted = checks.wholes(nodes, "nodes")
-        missing = sorted(set(wanted) - set(numbers))
+        requested = checks.wholes(nodes, "nodes")
+        missing = sorted(set(requested) - set(numbers))
         if missing:
             raise LimberError("OUT_OF_RANGE", f"there is no {points.name} {missing[0]}", "nodes")
         where = {number: i for i, number in enumerate(numbers)}
-        places = [where[number] for number in wanted]
+        places = [where[number] for number in requested]
     rate = points.frames_per_second if rate is None else rate
     with open(target, "w", encoding="utf-8") as out:
         out.write(f"frame,time_s,{points.name},x,y,z\n")

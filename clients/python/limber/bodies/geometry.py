@@ -10,6 +10,9 @@ from .. import arrays
 from ..errors import LimberError
 from ..messages import service
 from ..results import issue_text
+from . import embedding
+
+ROUNDING = 1e-6  # of positions in files, as a share of the size
 
 
 @dataclass(frozen=True)
@@ -33,11 +36,18 @@ class CarriedSurface:
 
     def positions(self, nodes: np.ndarray) -> np.ndarray:
         """frames x vertices x 3 float32 from frames x nodes x 3, as Session.frames() has them."""
-        nodes = np.asarray(nodes, dtype=np.float32)
-        moved = np.zeros((len(nodes), *self.vertices.shape), dtype=np.float32)
-        for corner in range(4):
-            moved += self.weights[:, corner, None] * nodes[:, self.nodes[:, corner]]
-        return moved
+        return embedding.interpolate(self.nodes, self.weights, np.asarray(nodes, dtype=np.float32))
+
+    def basis(self, basis: np.ndarray) -> np.ndarray:
+        """Of the vertices, from a body's: nodes x 3 x h to vertices x 3 x h."""
+        return embedding.interpolate_basis(self.nodes, self.weights, basis)
+
+    def has_vertices(self, vertices: np.ndarray) -> bool:
+        """Whether these are its vertices at rest, in their order, to the digits of files."""
+        if np.shape(vertices) != self.vertices.shape:
+            return False
+        size = float(np.ptp(self.vertices, axis=0).max(initial=0))
+        return bool(np.abs(vertices - self.vertices).max(initial=0) <= ROUNDING * size)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The linear body behind a session: masses, stiffness, modes, made here from its mesh and material."""
+"""The linear body behind a session: masses, stiffness, modes, made here from its mesh and materials."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 
 from .. import checks
 from ..errors import LimberError, invalid
+from . import tet_materials
+from .tet_materials import TetMaterials
 
 if TYPE_CHECKING:
-    from ..messages import scene as messages
     from .session import Session
 
 
@@ -44,7 +45,7 @@ def of(session: "Session", modes: int | None) -> Modal:
     rigid = 0 if len(scene.fixed_nodes) else 6
     reported = reported[rigid:]
     nodes = geometry.rest.astype(float) * scene.length_unit_in_metres
-    mass, stiffness = matrices(nodes, geometry.tets, scene.material)
+    mass, stiffness = matrices(nodes, geometry.tets, tet_materials.of_scene(scene, len(geometry.tets)))
     free = np.ones(len(nodes), dtype=bool)
     free[list(scene.fixed_nodes)] = False
     free = np.repeat(free, 3)
@@ -64,23 +65,20 @@ def of(session: "Session", modes: int | None) -> Modal:
     return Modal(mass, np.asarray(mass.sum(axis=1)).ravel(), stiffness, free, found, frequencies, reported, speed)
 
 
-def matrices(nodes: np.ndarray, tets: np.ndarray, material: "messages.Material") -> "tuple[Any, Any]":
-    """Consistent mass [kg] and linear stiffness [N/m] of linear tets of one material; nodes in metres."""
+def matrices(nodes: np.ndarray, tets: np.ndarray, materials: TetMaterials) -> "tuple[Any, Any]":
+    """Consistent mass [kg] and linear stiffness [N/m] of linear tets; nodes in metres."""
     import scipy.sparse
     edges = np.swapaxes(nodes[tets[:, 1:]] - nodes[tets[:, :1]], 1, 2)
     volumes = np.abs(np.linalg.det(edges)) / 6
     slopes = np.linalg.inv(edges)  # rows: gradients of the last three shape functions
     slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)  # tets x 4 x 3
-    young, poisson = material.youngs_modulus, material.poissons_ratio
-    shear = young / (2 * (1 + poisson))
-    bulk = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    lam, mu = (values[:, None, None, None, None] for values in (materials.lam, materials.mu))
     # Of corners a, b and directions i, j: V (lambda g_ai g_bj + mu (g_aj g_bi + g_a . g_b delta_ij)).
     outer = np.einsum("tai,tbj->tabij", slopes, slopes)
-    block = bulk * outer + shear * (np.swapaxes(outer, 3, 4)
-                                    + np.einsum("tak,tbk,ij->tabij", slopes, slopes, np.eye(3)))
+    block = lam * outer + mu * (np.swapaxes(outer, 3, 4) + np.einsum("tak,tbk,ij->tabij", slopes, slopes, np.eye(3)))
     block *= volumes[:, None, None, None, None]
-    shares = material.density / 20 * (np.ones((4, 4)) + np.eye(4))
-    masses = np.einsum("t,ab,ij->tabij", volumes, shares, np.eye(3))
+    shares = (np.ones((4, 4)) + np.eye(4)) / 20
+    masses = np.einsum("t,ab,ij->tabij", materials.density * volumes, shares, np.eye(3))
     at = 3 * tets[:, :, None] + np.arange(3)  # tets x 4 x 3
     rows = np.broadcast_to(at[:, :, None, :, None], block.shape).ravel()
     columns = np.broadcast_to(at[:, None, :, None, :], block.shape).ravel()

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import random
 import time
+from pathlib import PurePosixPath
 from typing import Any, Iterable, Sequence
 
 import numpy as np
 
-from .. import checks
+from .. import checks, obj_files
 from ..edits import EditLike, to_messages, vector
 from ..errors import LimberError, invalid
+from ..exports import fetch_first_part
 from ..messages import scene as scenes, service
 from ..moving import MovingPoints, MovingSurface, of_nodes
+from ..obj_files import ObjSurface
 from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
 from ..player import Played
 from ..results import Result
-from . import edits, playing, strains
+from . import edits, playing, strains, tet_materials
 from .embedding import Embedding
 from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
@@ -236,22 +239,38 @@ class Session(OpenSession):
 
     def carried_surface(self) -> CarriedSurface:
         """The surface that the scene names, and how its vertices hang on the nodes. raises LimberError: there is none."""
+        surface = self._find_carried_surface()
+        if surface is None:
+            raise LimberError("FAILED_PRECONDITION", "the session's scene names no surface", "surface")
+        return surface
+
+    def _find_carried_surface(self) -> CarriedSurface | None:
+        """Fetched once: no edit changes it."""
         if self._carried_surface is None:
-            known = self.geometry().basis_hash
-            request = service.GetGeometryRequest(session=self.reference, known_basis_hash=known, with_surface=True)
+            basis_hash = self.geometry().basis_hash
+            request = service.GetGeometryRequest(session=self.reference, known_basis_hash=basis_hash, with_surface=True)
             message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
-            if not message.HasField("carried_surface"):
-                raise LimberError("FAILED_PRECONDITION", "the session's scene names no surface", "surface")
-            self._carried_surface = CarriedSurface.from_message(message.carried_surface)
+            if message.HasField("carried_surface"):
+                self._carried_surface = CarriedSurface.from_message(message.carried_surface)
         return self._carried_surface
+
+    def carried_obj(self) -> ObjSurface | None:
+        """The surface that the scene names, as its .obj says; of another file, one of its triangles. None: there is none."""
+        surface = self._find_carried_surface()
+        if surface is None:
+            return None
+        libraries = {PurePosixPath(path).name: content for path, content in fetch_first_part(self, "surface").items()}
+        libraries.pop("motion_detail.pc2", None)
+        content = libraries.pop("motion_detail.obj")
+        return obj_files.parse(content, libraries, surface.name, "surface")
 
     def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
         """The boundary of its tets, whose vertices are its nodes in their order; or vertices and triangles that follow the tets."""
-        status, frames, geometry = self.status(), self.frames(), self.geometry()
+        status, geometry = self.status(), self.geometry()
         if drawn is None:
-            faces, positions = of_nodes(geometry.surface, frames)
+            faces, positions = of_nodes(geometry.surface, self.frames())
         else:
-            faces, positions = drawn[1], Embedding.of(drawn[0], geometry.rest, geometry.tets).positions(frames)
+            faces, positions = drawn[1], self._positions_of(drawn[0], geometry)
         scene = self.settings()
         return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
                              scene.length_unit_in_metres)
@@ -259,6 +278,13 @@ class Session(OpenSession):
     def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:
         """The surface, as a sum of few deformations."""
         return playing.played(self, tolerance, drawn)
+
+    def _positions_of(self, vertices: np.ndarray, geometry: Geometry) -> np.ndarray:
+        """frames x vertices x 3: with the server's weights where these are the vertices of the carried surface."""
+        carried, frames = self._find_carried_surface(), self.frames()
+        if carried is not None and carried.has_vertices(vertices):
+            return carried.positions(frames)
+        return Embedding.of(vertices, geometry.rest, geometry.tets).positions(frames)
 
     COLOURS = ("none", "displacement", "strain", "stress")
 
@@ -270,11 +296,13 @@ class Session(OpenSession):
         if colour == "displacement":
             values, label = of_vertices(faces, np.linalg.norm(frames - geometry.rest, axis=1)), "displacement [length unit]"
         elif colour != "none":
-            gradient = strains.gradients(geometry.rest, geometry.tets[strains.tets_of(faces, geometry.tets)], frames)
-            material = self.settings().material
-            values, label = ((strains.largest_strain(gradient), "largest strain") if colour == "strain" else
-                             (strains.von_mises(gradient, material.youngs_modulus, material.poissons_ratio),
-                              "von Mises stress [Pa]"))
+            shown = strains.tets_of(faces, geometry.tets)
+            gradient = strains.gradients(geometry.rest, geometry.tets[shown], frames)
+            if colour == "strain":
+                values, label = strains.largest_strain(gradient), "largest strain"
+            else:
+                materials = tet_materials.of_scene(self.settings(), len(geometry.tets))[shown]
+                values, label = strains.von_mises(gradient, materials), "von Mises stress [Pa]"
         return Coloured(faces, frames, values, label)
 
     def _frame(self, frame: int) -> np.ndarray:
@@ -295,8 +323,8 @@ class Session(OpenSession):
 
     def modal(self, modes: int | None = None) -> Modal:
         """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, as many as the
-        session has or as asked for; made here from mesh and material of the scene, beside what the session reports. Where
-        the mesh file brings its own materials these are not known here."""
+        session has or as requested; made here from the mesh and the materials of its tets, independent of what the session
+        reports."""
         return of_session(self, modes)
 
     # ---- control ----

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .tet_materials import TetMaterials
+
 
 def gradients(rest: np.ndarray, tets: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Deformation gradient of each tet, tets x 3 x 3."""
@@ -17,13 +19,12 @@ def largest_strain(gradient: np.ndarray) -> np.ndarray:
     return np.abs(np.linalg.svd(gradient, compute_uv=False) - 1).max(axis=1)
 
 
-def von_mises(gradient: np.ndarray, youngs_modulus: float, poissons_ratio: float) -> np.ndarray:
-    """Of the true stress of a St. Venant-Kirchhoff material [Pa]."""
+def von_mises(gradient: np.ndarray, materials: TetMaterials) -> np.ndarray:
+    """Of the true stress of St. Venant-Kirchhoff materials, one for each gradient [Pa]."""
     identity = np.eye(3)
     strain = (np.swapaxes(gradient, 1, 2) @ gradient - identity) / 2
-    shear = youngs_modulus / (2 * (1 + poissons_ratio))
-    bulk = youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio))
-    second = 2 * shear * strain + bulk * np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity
+    lam, mu = (values[:, None, None] for values in (materials.lam, materials.mu))
+    second = 2 * mu * strain + lam * np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity
     volume = np.maximum(np.abs(np.linalg.det(gradient)), 1e-12)
     stress = gradient @ second @ np.swapaxes(gradient, 1, 2) / volume[:, None, None]
     deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * identity
