@@ -124,6 +124,7 @@ def test_without_a_player_or_a_browser_it_says_so(session, tmp_path, monkeypatch
 
 @needs_player
 @needs_chromium
+@pytest.mark.timeout(300)
 def test_pictures_are_rendered_of_the_frame_that_is_asked_for(session, tmp_path):
     session.add(node=tip_of(session), frame=30, displacement=(0, 0.4, 0))
     session.wait()
@@ -144,6 +145,7 @@ def test_pictures_are_rendered_of_the_frame_that_is_asked_for(session, tmp_path)
 @needs_player
 @needs_chromium
 @needs_ffmpeg
+@pytest.mark.timeout(300)
 def test_the_command_line_renders_films(server, limberd, beams, tmp_path):  # noqa: F811
     film, picture = tmp_path / "path.gif", tmp_path / "path.png"
     command = [str(limberd.parent / "limber"), "--endpoint", server.connection.endpoint, "render", beams.id, "--size", "160x120"]

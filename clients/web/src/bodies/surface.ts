@@ -10,10 +10,11 @@ import {
   Vector3,
   type WebGLProgramParametersWithUniforms,
 } from "three";
-import type { GetGeometryResponse } from "../../gen/limber/v1/service_pb";
+import type { CarriedSurface, GetGeometryResponse } from "../../gen/limber/v1/service_pb";
 import type { Stage } from "../view/stage";
 import { integers } from "../wire/arrays";
 import { Basis } from "./basis";
+import { carriedSurface } from "./carried";
 import { Deformer } from "./deformer";
 
 /** A point of the body under the pointer. */
@@ -29,9 +30,11 @@ export class BodySurface {
   basis: Basis | null = null;
   deformer: Deformer | null = null;
   private mesh: Mesh | null = null;
+  private carried: CarriedSurface | null = null;
   private vertices = new Uint32Array(0);
   private triangles = new Uint32Array(0);
   private shown: Float32Array = new Float32Array(0);
+  private extent = 1;
 
   constructor(private readonly stage: Stage) {
     stage.content.add(this.group);
@@ -54,10 +57,18 @@ export class BodySurface {
       low.min(point);
       high.max(point);
     }
-    this.deformer = new Deformer(this.stage.renderer, this.basis, this.vertices, this.triangles, high.distanceTo(low));
-    this.mesh = this.makeMesh(this.deformer);
-    this.group.add(this.mesh);
+    this.extent = high.distanceTo(low);
+    this.draw();
     return [low, high];
+  }
+
+  /** From now on this is drawn in place of the boundary of the tets, whose nodes are still what is picked. */
+  carry(carried: CarriedSurface): void {
+    this.carried = carried;
+    if (!this.basis) return;
+    this.clear();
+    this.draw();
+    if (this.shown.length) this.show(this.shown);
   }
 
   show(coordinates: Float32Array): void {
@@ -121,10 +132,20 @@ export class BodySurface {
     this.mesh = null;
   }
 
-  private makeMesh(deformer: Deformer): Mesh {
+  private draw(): void {
+    if (!this.basis) return;
+    const drawn = this.carried && carriedSurface(this.carried, this.basis);
+    const vertices = drawn ? Uint32Array.from({ length: drawn.basis.nodes }, (_, i) => i) : this.vertices;
+    const triangles = drawn?.triangles ?? this.triangles;
+    this.deformer = new Deformer(this.stage.renderer, drawn?.basis ?? this.basis, vertices, triangles, this.extent);
+    this.mesh = this.makeMesh(this.deformer, vertices.length, triangles);
+    this.group.add(this.mesh);
+  }
+
+  private makeMesh(deformer: Deformer, vertices: number, triangles: Uint32Array): Mesh {
     const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * this.vertices.length), 3));
-    geometry.setIndex(new BufferAttribute(this.triangles, 1));
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * vertices), 3));
+    geometry.setIndex(new BufferAttribute(triangles, 1));
     const material = new MeshLambertMaterial({ color: 0xdc8a5c });
     material.onBeforeCompile = (shader) => useTextures(shader, deformer);
     const mesh = new Mesh(geometry, material);

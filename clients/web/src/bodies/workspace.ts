@@ -50,6 +50,7 @@ export class BodyWorkspace implements Workspace {
   private dragged: Dragged | null = null;
   private group: number[] = [];
   private extent = 1;
+  private isCarriedAsked = false;
   private areTracesShown = true;
 
   constructor(private readonly desk: Desk) {
@@ -72,7 +73,23 @@ export class BodyWorkspace implements Workspace {
     const box = this.surface.setGeometry(geometry);
     this.extent = box[0].distanceTo(box[1]);
     this.drawSelection();
+    void this.askForCarried();
     return box;
+  }
+
+  /** Once, for the surface that the scene named: sessions do not tell whether there is one. */
+  private async askForCarried(): Promise<void> {
+    const { session } = this.desk;
+    if (this.isCarriedAsked || !session.geometry) return;
+    this.isCarriedAsked = true;
+    const known = { session: session.reference, knownBasisHash: session.geometry.basisHash, withSurface: true };
+    try {
+      const { carriedSurface } = await session.connection.call("getGeometry", known);
+      if (carriedSurface) this.surface.carry(carriedSurface);
+    } catch (error) {
+      this.isCarriedAsked = false;
+      this.desk.fail(error);
+    }
   }
 
   show(frame: number): void {
@@ -83,6 +100,7 @@ export class BodyWorkspace implements Workspace {
   }
 
   sceneChanged(): void {
+    void this.askForCarried();
     if (this.selected !== null && !this.constraints.some(({ id }) => id === this.selected)) this.selected = null;
     this.drawMarkers();
     this.drawSelection();
