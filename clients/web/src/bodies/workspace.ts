@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
-import { button, el, picker } from "../controls/dom";
+import { button, choice, el, field, picker } from "../controls/dom";
 import { NewestWins } from "../session/newest";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
@@ -399,11 +399,23 @@ export class BodyWorkspace implements Workspace {
       this.areTracesShown = traces.checked;
       this.drawMarkers();
     };
+    const drawn = choice(
+      [
+        ["carried", `the surface it carries${this.surface.carried ? ` (${this.surface.carried.name})` : ""}`],
+        ["mesh", "its mesh of tets"],
+      ],
+      this.surface.isCarriedWanted ? "carried" : "mesh",
+      (value) => {
+        this.surface.setCarried(value === "carried");
+        this.drawMarkers();
+      },
+    );
     this.selectionBody.replaceChildren(
       ...content,
       picker("Node", this.surface.basis?.nodes ?? 1, (node) => this.noteNodes([node])),
       this.constraints.length ? list : el("p", { class: "quiet" }, "None yet: drag a point of the body."),
       el("label", { class: "field" }, el("span", {}, "Show trajectories"), traces),
+      ...(this.surface.carried ? [field("Draw", drawn)] : []),
     );
   }
 
