@@ -410,6 +410,7 @@ export class BodyWorkspace implements Workspace {
         this.drawMarkers();
       },
     );
+    drawn.dataset.test = "drawn";
     this.selectionBody.replaceChildren(
       ...content,
       picker("Node", this.surface.basis?.nodes ?? 1, (node) => this.noteNodes([node])),
