@@ -239,7 +239,7 @@ test("the GPU's surface is the server's", async () => {
     const texels = new Float32Array(4 * side * target.height);
     stage.renderer.readRenderTargetPixels(target, 0, 0, side, target.height, texels);
     let worst = 0;
-    workspace.surface.vertices.forEach((node, i) => {
+    workspace.surface.boundary.forEach((node, i) => {
       for (let axis = 0; axis < 3; axis++)
         worst = Math.max(worst, Math.abs(texels[4 * i + axis] - positions[3 * node + axis]));
     });
