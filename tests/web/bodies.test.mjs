@@ -6,6 +6,7 @@ import {
   distance,
   drag,
   drawnPixels,
+  drop,
   keepPicture,
   launch,
   openPanels,
@@ -238,7 +239,7 @@ test("the GPU's surface is the server's", async () => {
     const texels = new Float32Array(4 * side * target.height);
     stage.renderer.readRenderTargetPixels(target, 0, 0, side, target.height, texels);
     let worst = 0;
-    workspace.surface.vertices.forEach((node, i) => {
+    workspace.surface.boundary.forEach((node, i) => {
       for (let axis = 0; axis < 3; axis++)
         worst = Math.max(worst, Math.abs(texels[4 * i + axis] - positions[3 * node + axis]));
     });
@@ -292,4 +293,76 @@ test("a finger drags a point on a tablet", async () => {
   await page.waitForTimeout(500);
   await keepPicture(page, "tablet");
   assert.deepEqual(page.faults, []);
+});
+
+/** A box with a roof, around the bar of the sample; longer than it, so that corners lie outside its tets. */
+function skin([low, high]) {
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
+    [0, 1, 2].map((axis) => ((i >> axis) & 1 ? high[axis] : low[axis])),
+  );
+  const roof = [(low[0] + high[0]) / 2, high[1] * 1.1, (low[2] + high[2]) / 2];
+  const faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "1 5 7 3", "2 4 8 6", "3 7 9", "7 8 9", "8 4 9", "4 3 9"];
+  const lines = [...corners, roof].map((at) => `v ${at.join(" ")}`);
+  return ["mtllib paint.mtl", ...lines, "usemtl red", ...faces.map((face) => `f ${face}`), ""].join("\n");
+}
+
+test("a body is drawn as the surface it carries, dragged by it, and opened anew with it", async () => {
+  const page = await visit(browser, server.url);
+  const bar = { mesh: { sample: "beam" }, frames: 20, surface: { path: "skin.obj" } };
+  const box = [
+    [-0.52, -0.05, -0.1],
+    [0.52, 0.05, 0.1],
+  ];
+  await drop(page, [
+    { name: "bar.json", text: JSON.stringify(bar) },
+    { name: "skin.obj", text: skin(box) },
+    { name: "paint.mtl", text: "newmtl red\nKd 1 0 0\n" },
+  ]);
+  await settle(page);
+  await page.evaluate(() => window.limber.opened.goTo(10));
+  const roof = () =>
+    page.evaluate(() => {
+      const { surface } = window.limber.opened.workspace;
+      return [...surface.positions(surface.basis).slice(24, 27)];
+    });
+  assert.ok((await drawnPixels(page)) > 2000, "the surface is not drawn");
+  const before = await roof();
+  const [x, y] = await seen(page, before);
+  await drag(page, [x, y + 3], [0, -25]);
+  await settle(page, 1);
+  assert.ok(distance(await roof(), before) > 0.02, "the surface did not follow");
+  // As drawn, as the page reckons, and as the server sends it.
+  const { gpu, sent } = await page.evaluate(async () => {
+    const { session, workspace, stage, frame } = window.limber.opened;
+    const SURFACE = 4;
+    const wanted = { session: session.reference, firstFrame: frame, frameCount: 1, encoding: SURFACE };
+    const { frames } = await session.connection.call("getFrames", wanted);
+    const { deformer } = workspace.surface;
+    const texels = new Float32Array(4 * deformer.side * deformer.rows);
+    stage.renderer.readRenderTargetPixels(deformer.targets[0], 0, 0, deformer.side, deformer.rows, texels);
+    const gpu = [...texels].filter((_, i) => i % 4 < 3 && i < 36);
+    return { gpu, sent: [...new Float32Array(frames.data.data.slice().buffer)] };
+  });
+  assert.equal(sent.length, 27);
+  assert.ok(Math.max(...sent.map((value, i) => Math.abs(value - gpu[i]))) < 2e-3, `${gpu} is not ${sent}`);
+  await page.selectOption("[data-test=drawn]", "mesh");
+  assert.ok(await page.evaluate(() => window.limber.opened.workspace.surface.deformer.count > 100));
+  await openPanels(page, "Files");
+  assert.ok(await page.locator("option", { hasText: "the surface it carries (.obj" }).count());
+
+  // Another page has not the files that it was opened with: the server's export has them.
+  const name = await page.evaluate(() => window.limber.opened.session.name.session);
+  await page.context().close();
+  const second = await visit(browser, server.url);
+  await second.click(`[data-session="${name}"]`);
+  await settle(second);
+  await second.evaluate(() => window.limber.opened.openChanged((scene) => scene.fixedNodes.push(0)));
+  await until(second, (name) => window.limber.opened.session.name.session !== name, name);
+  await settle(second);
+  const again = await second.evaluate(() => {
+    const { scene, geometry } = window.limber.opened.session;
+    return [scene.fixedNodes.length, scene.constraints.length, geometry.carriedSurface?.triangles.shape.map(Number)];
+  });
+  assert.deepEqual(again, [1, 1, [14, 3]]);
+  assert.deepEqual(page.faults.concat(second.faults), []);
 });

@@ -28,6 +28,15 @@ export class Basis {
     }
   }
 
+  /** Of some nodes, x y z each. */
+  positions(nodes: Uint32Array, coordinates: Float32Array): Float32Array {
+    const made = new Float32Array(3 * nodes.length);
+    nodes.forEach((node, i) => {
+      this.position(node, coordinates, made, 3 * i);
+    });
+    return made;
+  }
+
   /** Mean position of some nodes. */
   mean(nodes: readonly number[], coordinates: Float32Array): [number, number, number] {
     const sum: [number, number, number] = [0, 0, 0];

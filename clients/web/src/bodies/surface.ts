@@ -1,6 +1,8 @@
 import {
   BufferAttribute,
   BufferGeometry,
+  DoubleSide,
+  FrontSide,
   Group,
   Mesh,
   MeshLambertMaterial,
@@ -10,11 +12,11 @@ import {
   Vector3,
   type WebGLProgramParametersWithUniforms,
 } from "three";
-import type { CarriedSurface, GetGeometryResponse } from "../../gen/limber/v1/service_pb";
+import type { GetGeometryResponse } from "../../gen/limber/v1/service_pb";
 import type { Stage } from "../view/stage";
 import { integers } from "../wire/arrays";
 import { Basis } from "./basis";
-import { carriedSurface } from "./carried";
+import { Carried } from "./carried";
 import { Deformer } from "./deformer";
 
 /** A point of the body under the pointer. */
@@ -24,17 +26,21 @@ export interface BodyHit {
   position: Vector3;
 }
 
-/** The deformed surface of a body. */
+/** The deformed surface of a body: the boundary of its tets, or the surface that it carries. */
 export class BodySurface {
   readonly group = new Group();
   basis: Basis | null = null;
   deformer: Deformer | null = null;
+  /** What the scene's `surface` is, where it names one. */
+  carried: Carried | null = null;
+  /** Whether the carried surface is drawn, where there is one. */
+  isCarriedWanted = true;
   private mesh: Mesh | null = null;
-  private carried: CarriedSurface | null = null;
-  private vertices = new Uint32Array(0);
-  private triangles = new Uint32Array(0);
+  /** Of the boundary of the tets. */
+  private boundary = new Uint32Array(0);
+  private boundaryTriangles = new Uint32Array(0);
+  private length = 1;
   private shown: Float32Array = new Float32Array(0);
-  private extent = 1;
 
   constructor(private readonly stage: Stage) {
     stage.content.add(this.group);
@@ -42,13 +48,13 @@ export class BodySurface {
 
   /** Low and high corner of the body at rest. */
   setGeometry(geometry: GetGeometryResponse): [Vector3, Vector3] {
-    this.clear();
     this.basis = new Basis(geometry.rest, geometry.basis);
+    if (geometry.carriedSurface && !this.carried) this.carried = new Carried(geometry.carriedSurface);
     const surface = integers(geometry.surface);
     const used = [...new Set(surface)].sort((a, b) => a - b);
-    this.vertices = Uint32Array.from(used);
+    this.boundary = Uint32Array.from(used);
     const compact = new Map(used.map((node, i) => [node, i]));
-    this.triangles = Uint32Array.from(surface, (node) => compact.get(node) ?? 0);
+    this.boundaryTriangles = Uint32Array.from(surface, (node) => compact.get(node) ?? 0);
     const low = new Vector3(Infinity, Infinity, Infinity);
     const high = low.clone().negate();
     const point = new Vector3();
@@ -57,18 +63,17 @@ export class BodySurface {
       low.min(point);
       high.max(point);
     }
-    this.extent = high.distanceTo(low);
-    this.draw();
+    this.length = high.distanceTo(low);
+    this.rebuild();
     return [low, high];
   }
 
-  /** From now on this is drawn in place of the boundary of the tets, whose nodes are still what is picked. */
-  carry(carried: CarriedSurface): void {
-    this.carried = carried;
-    if (!this.basis) return;
-    this.clear();
-    this.draw();
-    if (this.shown.length) this.show(this.shown);
+  /** Draws the carried surface, or the boundary of the tets. */
+  setCarried(isWanted: boolean): void {
+    this.isCarriedWanted = isWanted;
+    const { shown } = this;
+    this.rebuild();
+    this.show(shown);
   }
 
   show(coordinates: Float32Array): void {
@@ -78,33 +83,53 @@ export class BodySurface {
     this.stage.invalidate();
   }
 
-  /** The surface's node nearest to where a ray meets it. */
+  private get drawn(): Carried | null {
+    return this.isCarriedWanted ? this.carried : null;
+  }
+
+  private get triangles(): Uint32Array {
+    return this.drawn?.triangles ?? this.boundaryTriangles;
+  }
+
+  private nodeOf(vertex: number): number {
+    return this.drawn ? this.drawn.nodeOf(vertex) : (this.boundary[vertex] ?? 0);
+  }
+
+  /** Of the drawn surface's vertices, as shown. */
+  private positions(basis: Basis): Float32Array {
+    const { drawn } = this;
+    if (!drawn) return basis.positions(this.boundary, this.shown);
+    return drawn.positions(basis.positions(drawn.nodes, this.shown), new Float32Array(3 * drawn.vertices));
+  }
+
+  /** The node nearest to where a ray meets the surface: of a carried one that which its nearest vertex follows most. */
   pick(raycaster: Raycaster): BodyHit | null {
     const { basis } = this;
     if (!basis || !this.shown.length) return null;
-    const x = new Float32Array(3 * this.vertices.length);
-    this.vertices.forEach((node, i) => {
-      basis.position(node, this.shown, x, 3 * i);
-    });
+    const x = this.positions(basis);
+    const { triangles } = this;
+    const isOpaque = !this.drawn; // A carried surface may be open, or turned inside out: it is met from both sides.
     const corners = [new Vector3(), new Vector3(), new Vector3()] as const;
     const at = new Vector3();
     const ray: Ray = raycaster.ray;
     let nearest = Infinity;
-    let hit: BodyHit | null = null;
-    for (let i = 0; i < this.triangles.length; i += 3) {
+    let vertex = -1;
+    for (let i = 0; i < triangles.length; i += 3) {
       corners.forEach((corner, k) => {
-        corner.fromArray(x, 3 * (this.triangles[i + k] ?? 0));
+        corner.fromArray(x, 3 * (triangles[i + k] ?? 0));
       });
-      if (!ray.intersectTriangle(corners[0], corners[1], corners[2], true, at)) continue;
+      if (!ray.intersectTriangle(corners[0], corners[1], corners[2], isOpaque, at)) continue;
       const distance = at.distanceTo(ray.origin);
       if (distance >= nearest) continue;
       nearest = distance;
       const best = [0, 1, 2].reduce((a, b) =>
         (corners[b]?.distanceTo(at) ?? 0) < (corners[a]?.distanceTo(at) ?? 0) ? b : a,
       );
-      hit = { node: this.vertices[this.triangles[i + best] ?? 0] ?? 0, position: (corners[best] as Vector3).clone() };
+      vertex = triangles[i + best] ?? 0;
     }
-    return hit;
+    if (vertex < 0) return null;
+    const node = this.nodeOf(vertex);
+    return { node, position: new Vector3(...basis.mean([node], this.shown)) };
   }
 
   /** The same of a pixel of the canvas. */
@@ -117,11 +142,23 @@ export class BodySurface {
 
   /** Nodes of the surface within a distance of a point, as shown. */
   near(point: Vector3, distance: number): number[] {
-    const one = [0, 0, 0];
-    return [...this.vertices].filter((node) => {
-      this.basis?.position(node, this.shown, one);
-      return Math.hypot((one[0] ?? 0) - point.x, (one[1] ?? 0) - point.y, (one[2] ?? 0) - point.z) <= distance;
-    });
+    if (!this.basis) return [];
+    const x = this.positions(this.basis);
+    const found = new Set<number>();
+    for (let i = 0; i < x.length; i += 3)
+      if (Math.hypot((x[i] ?? 0) - point.x, (x[i + 1] ?? 0) - point.y, (x[i + 2] ?? 0) - point.z) <= distance)
+        found.add(this.nodeOf(i / 3));
+    return [...found];
+  }
+
+  private rebuild(): void {
+    this.clear();
+    const { basis, drawn } = this;
+    if (!basis) return;
+    const nodes = drawn?.nodes ?? this.boundary;
+    this.deformer = new Deformer(this.stage.renderer, basis, nodes, this.triangles, this.length, drawn);
+    this.mesh = this.makeMesh(this.deformer);
+    this.group.add(this.mesh);
   }
 
   clear(): void {
@@ -132,21 +169,14 @@ export class BodySurface {
     this.mesh = null;
   }
 
-  private draw(): void {
-    if (!this.basis) return;
-    const drawn = this.carried && carriedSurface(this.carried, this.basis);
-    const vertices = drawn ? Uint32Array.from({ length: drawn.basis.nodes }, (_, i) => i) : this.vertices;
-    const triangles = drawn?.triangles ?? this.triangles;
-    this.deformer = new Deformer(this.stage.renderer, drawn?.basis ?? this.basis, vertices, triangles, this.extent);
-    this.mesh = this.makeMesh(this.deformer, vertices.length, triangles);
-    this.group.add(this.mesh);
-  }
-
-  private makeMesh(deformer: Deformer, vertices: number, triangles: Uint32Array): Mesh {
+  private makeMesh(deformer: Deformer): Mesh {
     const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * vertices), 3));
-    geometry.setIndex(new BufferAttribute(triangles, 1));
-    const material = new MeshLambertMaterial({ color: 0xdc8a5c });
+    geometry.setAttribute(
+      "position",
+      new BufferAttribute(new Float32Array(3 * (this.drawn?.vertices ?? this.boundary.length)), 3),
+    );
+    geometry.setIndex(new BufferAttribute(this.triangles, 1));
+    const material = new MeshLambertMaterial({ color: 0xdc8a5c, side: this.drawn ? DoubleSide : FrontSide });
     material.onBeforeCompile = (shader) => useTextures(shader, deformer);
     const mesh = new Mesh(geometry, material);
     mesh.frustumCulled = false;

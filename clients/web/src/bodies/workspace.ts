@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
-import { button, el, picker } from "../controls/dom";
+import { button, choice, el, field, picker } from "../controls/dom";
 import { NewestWins } from "../session/newest";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
@@ -50,7 +50,6 @@ export class BodyWorkspace implements Workspace {
   private dragged: Dragged | null = null;
   private group: number[] = [];
   private extent = 1;
-  private isCarriedAsked = false;
   private areTracesShown = true;
 
   constructor(private readonly desk: Desk) {
@@ -73,23 +72,7 @@ export class BodyWorkspace implements Workspace {
     const box = this.surface.setGeometry(geometry);
     this.extent = box[0].distanceTo(box[1]);
     this.drawSelection();
-    void this.askForCarried();
     return box;
-  }
-
-  /** Once, for the surface that the scene named: sessions do not tell whether there is one. */
-  private async askForCarried(): Promise<void> {
-    const { session } = this.desk;
-    if (this.isCarriedAsked || !session.geometry) return;
-    this.isCarriedAsked = true;
-    const known = { session: session.reference, knownBasisHash: session.geometry.basisHash, withSurface: true };
-    try {
-      const { carriedSurface } = await session.connection.call("getGeometry", known);
-      if (carriedSurface) this.surface.carry(carriedSurface);
-    } catch (error) {
-      this.isCarriedAsked = false;
-      this.desk.fail(error);
-    }
   }
 
   show(frame: number): void {
@@ -100,7 +83,6 @@ export class BodyWorkspace implements Workspace {
   }
 
   sceneChanged(): void {
-    void this.askForCarried();
     if (this.selected !== null && !this.constraints.some(({ id }) => id === this.selected)) this.selected = null;
     this.drawMarkers();
     this.drawSelection();
@@ -417,11 +399,24 @@ export class BodyWorkspace implements Workspace {
       this.areTracesShown = traces.checked;
       this.drawMarkers();
     };
+    const drawn = choice(
+      [
+        ["carried", `the surface it carries${this.surface.carried ? ` (${this.surface.carried.name})` : ""}`],
+        ["mesh", "its mesh of tets"],
+      ],
+      this.surface.isCarriedWanted ? "carried" : "mesh",
+      (value) => {
+        this.surface.setCarried(value === "carried");
+        this.drawMarkers();
+      },
+    );
+    drawn.dataset.test = "drawn";
     this.selectionBody.replaceChildren(
       ...content,
       picker("Node", this.surface.basis?.nodes ?? 1, (node) => this.noteNodes([node])),
       this.constraints.length ? list : el("p", { class: "quiet" }, "None yet: drag a point of the body."),
       el("label", { class: "field" }, el("span", {}, "Show trajectories"), traces),
+      ...(this.surface.carried ? [field("Draw", drawn)] : []),
     );
   }
 

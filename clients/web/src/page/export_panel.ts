@@ -4,6 +4,8 @@ import { fetchExport } from "../session/export";
 import type { LiveSession } from "../session/live";
 import { zip } from "./zip";
 
+/** Of bodies that carry a surface. */
+const CARRIED = [ExportFormat.SURFACE, "the surface it carries (.obj, .pc2)"] as const;
 const FORMATS: Record<string, readonly (readonly [ExportFormat, string])[]> = {
   bodies: [
     [ExportFormat.SCENE, "scene, with its mesh"],
@@ -34,7 +36,7 @@ function save(name: string, parts: Uint8Array[]): void {
 
 /** Files to take away: one as it is, several as a .zip. */
 export function exportPanel(session: LiveSession, kind: string, fail: (error: unknown) => void): HTMLElement {
-  const formats = FORMATS[kind] ?? [];
+  const formats = [...(FORMATS[kind] ?? [])];
   let chosen = formats[0]?.[0] ?? ExportFormat.UNSPECIFIED;
   const download = async (): Promise<void> => {
     action.disabled = true;
@@ -50,17 +52,30 @@ export function exportPanel(session: LiveSession, kind: string, fail: (error: un
     }
   };
   const action = button("Download", () => void download());
-  const list = formats.map(([format, text]) => [String(format), text] as const);
+  const list = (): HTMLElement =>
+    field(
+      "Format",
+      choice(
+        formats.map(([format, text]) => [String(format), text] as const),
+        String(chosen),
+        (value) => {
+          chosen = Number(value);
+        },
+      ),
+    );
+  const offered = el("div", {}, list());
+  const offerSurface = (): void => {
+    if (formats.includes(CARRIED) || !session.geometry?.carriedSurface) return;
+    formats.push(CARRIED);
+    offered.replaceChildren(list());
+  };
+  session.on("geometry", offerSurface);
+  offerSurface();
   return el(
     "details",
     { class: "panel" },
     el("summary", {}, "Files to take away"),
-    field(
-      "Format",
-      choice(list, String(chosen), (value) => {
-        chosen = Number(value);
-      }),
-    ),
+    offered,
     el("div", { class: "row" }, action),
   );
 }
