@@ -38,6 +38,13 @@ Eigen::MatrixXd resized(const Eigen::MatrixXd& motion, Index rows) {
   return other;
 }
 
+/// Energies are sums of squared forces: of a motion that needs none, such as a rigid one of a free
+/// body, rounding leaves about this share of its own square, and more modes another share.
+bool is_rounding(double energy, const Eigen::MatrixXd& motion) {
+  constexpr double kRounding = 1e-20;
+  return energy <= kRounding * motion.squaredNorm();
+}
+
 }  // namespace
 
 Eigen::MatrixXd mode_transfer(const reduced::ReducedModel& from, const reduced::ReducedModel& to) {
@@ -87,8 +94,14 @@ ModeFinding ModeChooser::choose(const ModeRequest& request, const JobContext& jo
   now.transfer.setIdentity(result.modal.rows(), result.modal.rows());
   ModeFinding finding;
   finding.choice.energies = {{request.modes, now.energy}};
-  grow(request, now, finding.choice, job);
-  if (now.modes == request.modes && finding.choice.state == ModeChoice::State::kSettled)
+  if (is_rounding(now.energy, now.motion)) {
+    finding.choice.state = ModeChoice::State::kSettled;
+    finding.choice.reason = "the motion takes no forces but those of rounding";
+  } else {
+    grow(request, now, finding.choice, job);
+  }
+  if (now.modes == request.modes && finding.choice.state == ModeChoice::State::kSettled &&
+      finding.choice.energies.size() > 1)
     shrink(request, now, finding.choice, job);
   std::sort(finding.choice.energies.begin(), finding.choice.energies.end(),
             [](const ModeEnergy& a, const ModeEnergy& b) { return a.modes < b.modes; });

@@ -134,6 +134,23 @@ TEST(SessionModes, StayWhereMoreOfThemChangeNothing) {
   EXPECT_EQ(last->shown, first->shown);
 }
 
+/// Its energy is that of rounding, and so is what other modes change of it.
+TEST(SessionModes, StayWhereABodyMovesWithoutForces) {
+  scene::Scene scene = easy_bar();
+  scene.fixed_nodes.clear();
+  scene.first_end = scene.last_end = scene::End::kFree;
+  scene.constraints.resize(1);
+  scene.constraints[0].nodes.resize(1);
+  Live live(scene, choosing());
+  const auto last = settled(live.session);
+  ASSERT_TRUE(last);
+  EXPECT_LT(last->report.total_energy, 1e-15);
+  const ModeChoice choice = live.session.mode_choice();
+  EXPECT_EQ(choice.state, Chosen::kSettled) << choice.reason;
+  EXPECT_EQ(choice.modes, 30);
+  EXPECT_EQ(choice.energies.size(), 1u);
+}
+
 TEST(SessionModes, StayWhereTheSceneNamesThem) {
   scene::Scene scene = demanding_bar();
   scene.model.modes_by = scene::ModelRequest::ModesBy::kScene;
