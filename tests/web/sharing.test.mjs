@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, test } from "node:test";
-import { drag, drop, launch, openSample, ROOT, Server, seen, settle, until, visit } from "./support.mjs";
+import { drag, drop, launch, openPanels, openSample, ROOT, Server, seen, settle, until, visit } from "./support.mjs";
 
 const server = new Server();
 let browser;
@@ -69,6 +69,12 @@ test("a server that is killed and comes back finds the page's session again", as
   await drag(page, await tip(page), [0, -30]);
   await settle(page, 1);
   await constraints(page, count + 1);
+  // The server's answers leave out poses of keyframes: the page has to remember them.
+  await openPanels(page, "Keyframes");
+  await page.getByLabel("Frame of the new keyframe").fill("30");
+  await page.getByRole("button", { name: "Add", exact: true }).click();
+  await until(page, () => window.limber.opened.session.scene.keyframes.length === 1);
+  await settle(page, 2);
   const before = await page.evaluate(() => ({
     name: window.limber.opened.session.name.session,
     uid: String(window.limber.opened.session.name.uid),
@@ -79,6 +85,7 @@ test("a server that is killed and comes back finds the page's session again", as
   await until(page, (uid) => String(window.limber.opened?.session.name.uid ?? uid) !== uid, before.uid);
   await settle(page);
   await constraints(page, count + 1);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.scene.keyframes[0]?.frame), 30);
   assert.equal(await page.evaluate(() => window.limber.opened.session.name.session), before.name);
   assert.match(await page.locator(".notices").textContent(), /The server was restarted/);
   await drag(page, await tip(page), [0, 20]);
