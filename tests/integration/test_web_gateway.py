@@ -287,7 +287,10 @@ def test_large_requests_are_refused_and_very_large_ones_end_the_connection(launc
         reply = page.reply()
         assert reply.id == request.id and reply.error.code == common.ERROR_CODE_LIMIT_EXCEEDED
         assert page.ask(list_jobs={}).HasField("list_jobs")
-        page.requests.send(bytes(200_000 + (1 << 20) + 1))
+        try:
+            page.requests.send(bytes(200_000 + (1 << 20) + 1))
+        except (BrokenPipeError, ConnectionResetError):  # refused by its length, before all of it was sent
+            return
         with pytest.raises(Closed) as closed:
             page.requests.receive()
         assert closed.value.code in (1009, None)
