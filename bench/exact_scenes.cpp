@@ -12,14 +12,19 @@ using Eigen::Index;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-}  // namespace
-
-scene::Scene bent_beam(double degrees) {
-  const double angle = kDegree * degrees;
+scene::Scene beam_without_targets() {
   scene::Scene scene = scene::make_sample("beam");
   scene.constraints.clear();
   scene.keyframes.clear();
   scene.frame_count = 200;
+  return scene;
+}
+
+}  // namespace
+
+scene::Scene bent_beam(double degrees) {
+  const double angle = kDegree * degrees;
+  scene::Scene scene = beam_without_targets();
   const auto& nodes = scene.mesh.nodes;
   const double left = nodes.row(0).minCoeff(), length = nodes.row(0).maxCoeff() - left;
   for (const double share : {1.0 / 3, 2.0 / 3, 1.0}) {
@@ -39,10 +44,7 @@ scene::Scene bent_beam(double degrees) {
 
 scene::Scene twisted_beam(double degrees) {
   const double angle = kDegree * degrees;
-  scene::Scene scene = scene::make_sample("beam");
-  scene.constraints.clear();
-  scene.keyframes.clear();
-  scene.frame_count = 200;
+  scene::Scene scene = beam_without_targets();
   const auto& nodes = scene.mesh.nodes;
   const double end = nodes.row(0).maxCoeff();
   const double middle_y = (nodes.row(1).maxCoeff() + nodes.row(1).minCoeff()) / 2;

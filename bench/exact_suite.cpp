@@ -176,13 +176,7 @@ class ExactSuite {
 }  // namespace
 
 void exact_suite(const SuiteOptions& options, Recorder& recorder) {
-  ExactSuite suite(options, recorder);
-  if (is_selected("beam, bent by 270 degrees"))
-    suite.run("beam, bent by 270 degrees", bent_beam(270));
-  if (is_selected("beam, twisted by 135 degrees"))
-    suite.run("beam, twisted by 135 degrees", twisted_beam(135));
-  for (const testing::BodyFile& file : testing::public_bodies())
-    if (is_selected(file.name)) suite.run_public(file);
+  run_exact_scenes(ExactSuite(options, recorder));
 }
 
 }  // namespace limber::bench

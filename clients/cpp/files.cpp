@@ -82,12 +82,14 @@ void write_bytes(const fs::path& path, const std::string& bytes, WriteMode mode)
   if (!out) throw ClientError(v1::ERROR_CODE_IO, "out", "cannot write " + path.string());
 }
 
+std::string lower_ending(const fs::path& path) { return lower(path.extension().string()); }
+
 v1::MeshFile mesh_file(const fs::path& path, const std::string& field) {
   v1::MeshFile file;
   file.set_name(path.filename().string());
   file.set_content(read_bytes(path, field));
   std::vector<fs::path> beside;
-  const std::string ending = lower(path.extension().string());
+  const std::string ending = lower_ending(path);
   const auto with_ending = [&](const char* other) {
     return fs::path(path).replace_extension(other);
   };

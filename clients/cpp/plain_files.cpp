@@ -1,7 +1,6 @@
 #include "clients/cpp/plain_files.h"
 
 #include <algorithm>
-#include <cctype>
 #include <initializer_list>
 #include <string>
 #include <system_error>
@@ -14,13 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string ending_of(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
-
 bool is_one_of(const std::string& ending, std::initializer_list<const char*> endings) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
@@ -28,7 +20,7 @@ bool is_one_of(const std::string& ending, std::initializer_list<const char*> end
 }  // namespace
 
 FileKind kind_of_file(const fs::path& path) {
-  const std::string ending = ending_of(path);
+  const std::string ending = lower_ending(path);
   std::error_code ignored;
   if (!fs::is_regular_file(path, ignored)) return FileKind::kScene;
   if (is_one_of(ending, {".msh", ".mesh", ".vtk", ".vtu", ".ele", ".node", ".veg", ".abq", ".inp"}))

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "engine/base/hash.h"
 #include "server/web/compiled_in.h"
 
 namespace limber::server::web {
@@ -31,9 +32,7 @@ scripts/build release limberd</pre>
 )";
 
 std::string tag_of(std::string_view bytes) {
-  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
-  return fmt::format("\"{:016x}-{:x}\"", hash, bytes.size());
+  return fmt::format("\"{}\"", ContentHash().add(bytes).hex());
 }
 
 bool is_plain(std::string_view path) {

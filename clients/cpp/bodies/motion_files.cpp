@@ -50,9 +50,7 @@ void put_motion_bytes(v1::BaseMotion& motion, const fs::path& folder) {
   if (motion.has_path()) {
     const std::string field = "base_motion.path";
     const fs::path path = folder / motion.path();
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string ending = lower_ending(path);
     if (ending == ".pc2") {
       motion.set_pc2(read_bytes(path, field));
     } else if (ending == ".pvd") {

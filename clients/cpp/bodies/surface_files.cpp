@@ -1,7 +1,5 @@
 #include "clients/cpp/bodies/surface_files.h"
 
-#include <algorithm>
-#include <cctype>
 #include <sstream>
 #include <system_error>
 #include <vector>
@@ -12,13 +10,6 @@ namespace limber::client {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower_ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 /// Material files that the lines "mtllib NAME" of an .obj name.
 std::vector<std::string> material_libraries(const std::string& obj) {
