@@ -1,20 +1,12 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, afterEach, before, test } from "node:test";
-import { drag, drop, launch, openPanels, openSample, ROOT, Server, seen, settle, until, visit } from "./support.mjs";
+import { test } from "node:test";
+import { drag, drop, openPanels, openSample, ROOT, seen, serve, settle, until, visit } from "./support.mjs";
 
-const server = new Server();
 let browser;
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-// What a failed test left open would draw on beside the next one.
-afterEach(() => Promise.all(browser.contexts().map((context) => context.close())));
-after(async () => {
-  await browser?.close();
-  await server.close();
+const server = serve((launched) => {
+  browser = launched;
 });
 
 const FRAME = 40;

@@ -1,5 +1,5 @@
 import assert from "node:assert/strict";
-import { after, afterEach, before, test } from "node:test";
+import { test } from "node:test";
 import {
   accessibilityFaults,
   distance,
@@ -7,29 +7,20 @@ import {
   drawnPixels,
   drop,
   keepPicture,
-  launch,
   openPanels,
   openSample,
   revision,
-  Server,
   seen,
+  serve,
   serverPositions,
   settle,
   until,
   visit,
 } from "./support.mjs";
 
-const server = new Server();
 let browser;
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-// What a failed test left open would draw on beside the next one.
-afterEach(() => Promise.all(browser.contexts().map((context) => context.close())));
-after(async () => {
-  await browser?.close();
-  await server.close();
+const server = serve((launched) => {
+  browser = launched;
 });
 
 const extreme = (page, sign) =>

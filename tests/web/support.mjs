@@ -5,6 +5,7 @@ import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
+import { after, afterEach, before } from "node:test";
 import { fileURLToPath } from "node:url";
 
 export const ROOT = join(dirname(fileURLToPath(import.meta.url)), "../..");
@@ -71,6 +72,24 @@ export class Server {
     if (this.process && this.process.exitCode === null) await this.kill();
     rmSync(this.folder, { recursive: true, force: true });
   }
+}
+
+/** The limberd and the browser of one file's tests; `launched` gets the browser before the first. */
+export function serve(launched) {
+  const server = new Server();
+  let browser;
+  before(async () => {
+    await server.start();
+    browser = await launch();
+    launched(browser);
+  });
+  // What a failed test left open would draw on beside the next one.
+  afterEach(() => Promise.all(browser.contexts().map((context) => context.close())));
+  after(async () => {
+    await browser?.close();
+    await server.close();
+  });
+  return server;
 }
 
 /** One browser; fails where it has no WebGL 2, since every picture would then be missing. */
