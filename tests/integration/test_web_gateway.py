@@ -413,6 +413,9 @@ def test_a_page_that_sleeps_holds_up_nobody_and_finds_the_newest(server):
         woken = [asleep.message()[1]]
         while woken[-1].sequence < read[-1].sequence:
             woken.append(asleep.message()[1])
+        # The newest may be an amended or exact answer that followed the first converged one.
+        while read[-1].sequence < woken[-1].sequence:
+            read.append(awake.message()[1])
         assert woken[-1].frames.result.converged and woken[-1].frames == read[-1].frames
         assert len(woken) < 20 < read[-1].sequence - woken[0].sequence, "what lay between was given up"
         assert [m.sequence for m in woken] == sorted(m.sequence for m in woken)
