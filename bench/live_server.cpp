@@ -15,15 +15,17 @@ namespace limber::bench {
 
 namespace pb = limber::v1;
 
-ServerProcess::ServerProcess(const std::string& binary) {
+ServerProcess::ServerProcess(const std::string& binary, const std::vector<std::string>& more) {
   std::string pattern = (std::filesystem::temp_directory_path() / "limber-bench-XXXXXX").string();
   if (mkdtemp(pattern.data()) == nullptr)
     throw std::runtime_error("cannot make a temporary folder");
   folder_ = pattern;
   const std::string ready = (folder_ / "ready").string();
-  const std::vector<std::string> arguments = {
+  std::vector<std::string> arguments = {
       binary, "--bind",      requests(),        "--stream",    stream(), "--ready-file",
       ready,  "--cache-dir", folder_ / "cache", "--log-level", "warn"};
+  for (const auto& option : more)
+    arguments.push_back(option == "FOLDER" ? (folder_ / "data").string() : option);
   pid_ = fork();
   if (pid_ == 0) {
     std::vector<char*> argv;
@@ -49,6 +51,11 @@ ServerProcess::~ServerProcess() {
   }
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);
+}
+
+bool LiveStream::has_next(std::chrono::milliseconds wait) {
+  zmq::pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+  return zmq::poll(&item, 1, wait) > 0;
 }
 
 LiveStream::LiveStream(zmq::context_t& context, const ServerProcess& server)

@@ -2,9 +2,11 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 #include <zmq.hpp>
 
 #include "limber/v1/service.pb.h"
@@ -16,7 +18,8 @@ namespace limber::bench {
 class ServerProcess {
  public:
   /// @throws std::runtime_error where it does not start
-  explicit ServerProcess(const std::string& binary);
+  /// @param more  options of limberd besides; FOLDER in them is the server's own
+  explicit ServerProcess(const std::string& binary, const std::vector<std::string>& more = {});
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
@@ -33,6 +36,8 @@ class LiveStream {
  public:
   LiveStream(zmq::context_t& context, const ServerProcess& server);
   void subscribe(const std::string& topic) { socket_.set(zmq::sockopt::subscribe, topic); }
+  /// Whether a message is there, or comes within this time.
+  [[nodiscard]] bool has_next(std::chrono::milliseconds wait);
   /// The next frames message. @throws std::runtime_error where none comes within a minute
   limber::v1::Frames next_frames();
 

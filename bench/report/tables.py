@@ -30,7 +30,7 @@ TABLES = [
         ("converged [ms]", "warm_converged_ms"), ("p99 [ms]", "warm_converged_p99_ms"),
         ("energies differ by", "energy_relative_difference")]),
     RawTable("service", "Edits over sockets, the flower", [
-        ("edits", "edits"), ("acknowledged, p50 [ms]", "edit_to_ack_p50_ms"), ("p99", "edit_to_ack_p99_ms"),
+        ("journal", "journal"), ("edits", "edits"), ("commits a second", "commits_per_s"), ("acknowledged, p50 [ms]", "edit_to_ack_p50_ms"), ("p99", "edit_to_ack_p99_ms"),
         ("first changed frames, p50 [ms]", "edit_to_first_frame_p50_ms"), ("p99", "edit_to_first_frame_p99_ms"),
         ("final frames, p50 [ms]", "edit_to_converged_p50_ms"), ("p99", "edit_to_converged_p99_ms")]),
     RawTable("reconstruct", "Frames of models of default options", [

@@ -75,6 +75,7 @@ class DeferInterrupts {
 [[nodiscard]] client::Milliseconds milliseconds(double seconds);
 
 void add_server_commands(CLI::App& app, Context& context);
+void add_stored_commands(CLI::App& app, Context& context);
 void add_web_command(CLI::App& app, Context& context);
 void add_scene_commands(CLI::App& app, Context& context);
 void add_open_command(CLI::App& app, Context& context);

@@ -51,6 +51,8 @@ LIMBER_RPC(SolveBeams, solve_beams)
 LIMBER_RPC(GetBeamSolution, get_beam_solution)
 LIMBER_RPC(Explain, explain)
 LIMBER_RPC(LookAt, look_at)
+LIMBER_RPC(SaveSession, save_session)
+LIMBER_RPC(RestoreSession, restore_session)
 LIMBER_RPC(Shutdown, shutdown)
 #undef LIMBER_RPC
 

@@ -1,5 +1,7 @@
 #include "clients/cpp/server.h"
 
+#include <utility>
+
 namespace limber::client {
 
 v1::GetServerInfoResponse server_info(Client& client) {
@@ -15,6 +17,20 @@ v1::ListJobsResponse list_jobs(Client& client) { return client.call(v1::ListJobs
 v1::GetSampleResponse sample(Client& client, const std::string& name) {
   v1::GetSampleRequest request;
   request.set_name(name);
+  return client.call(request, large(client));
+}
+
+v1::SaveSessionResponse save_session(Client& client, const std::string& session) {
+  v1::SaveSessionRequest request;
+  request.set_session(session);
+  return client.call(request, large(client));
+}
+
+v1::RestoreSessionResponse restore_session(Client& client, std::string content,
+                                           const std::string& name) {
+  v1::RestoreSessionRequest request;
+  request.set_content(std::move(content));
+  request.set_session(name);
   return client.call(request, large(client));
 }
 

@@ -15,6 +15,11 @@ namespace limber::client {
 [[nodiscard]] v1::ListJobsResponse list_jobs(Client& client);
 /// A sample's scene. @param name  empty: the names of all in its place
 [[nodiscard]] v1::GetSampleResponse sample(Client& client, const std::string& name = "");
+/// A stored session with its edits, as one file has it.
+[[nodiscard]] v1::SaveSessionResponse save_session(Client& client, const std::string& session);
+/// @param content  of such a file. @param name  empty: the one that it had
+v1::RestoreSessionResponse restore_session(Client& client, std::string content,
+                                           const std::string& name = "");
 /// Stops a job that runs.
 v1::CancelResponse cancel_job(Client& client, std::uint64_t job);
 /// Ends limberd; never sent twice.

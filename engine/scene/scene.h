@@ -100,6 +100,8 @@ struct Keyframe {
   std::shared_ptr<const Eigen::VectorXd> pose;
 };
 
+struct StartMotion;
+
 /// What a session edits: plain values, lengths in `length_unit_in_metres`.
 struct Scene {
   std::string name;
@@ -123,6 +125,8 @@ struct Scene {
   std::optional<Simulation> simulation;  // nothing that editing depends on
   /// That the body carries along, without effect on it; null: none. Shared, never changed.
   std::shared_ptr<const DetailedSurface> surface;
+  /// Where solving begins; null: at rest. Shared, never changed.
+  std::shared_ptr<const StartMotion> start = nullptr;
 };
 
 /// Of a soft constraint.

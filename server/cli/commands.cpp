@@ -4,6 +4,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -51,6 +52,8 @@ struct CommandLine {
   fs::path curve_secret, curve_allow;
   web::Options web;  // served with --web
   std::string web_address;
+  store::StoreOptions store;  // with --data
+  double retain_days = 0;
   bool web_beyond_loopback = false, web_deflate = false;
 };
 
@@ -152,6 +155,36 @@ void add_limits(CLI::App& app, CommandLine& line) {
   option("--max-session-bytes", limits.session_bytes, "Estimated memory of one session");
 }
 
+void add_store(CLI::App& app, CommandLine& line) {
+  const auto add = [&](const char* name, auto& value, const char* text) {
+    return app.add_option(name, value, text)->group("Store");
+  };
+  add("--data", line.store.folder,
+      "Folder in which sessions are stored: edits are there before they are acknowledged, and "
+      "come back after any end of the server. Without it sessions end with the server");
+  const std::map<std::string, store::Durability> outlives{{"power", store::Durability::kPower},
+                                                          {"process", store::Durability::kProcess}};
+  add("--data-outlives", line.store.durability,
+      "What acknowledged edits outlive: process (kill -9) or power (synced, some ms for each "
+      "group of edits)")
+      ->transform(CLI::CheckedTransformer(outlives, CLI::ignore_case).description(""))
+      ->default_str("power");
+  add("--data-bytes", line.store.bytes, "Size of the store's file, at most; 0: what the disk holds")
+      ->capture_default_str()
+      ->transform(CLI::AsSizeValue(false));
+  add("--retain", line.retain_days,
+      "Days after which stored sessions that nobody changes are removed; 0: never")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+}
+
+std::optional<store::StoreOptions> store_options(const CommandLine& line) {
+  if (line.store.folder.empty()) return std::nullopt;
+  store::StoreOptions options = line.store;
+  options.retain = std::chrono::seconds(std::llround(line.retain_days * 86400));
+  return options;
+}
+
 void add_server_options(CLI::App& app, CommandLine& line) {
   add_sockets(app, line);
   add_web(app, line);
@@ -162,6 +195,7 @@ void add_server_options(CLI::App& app, CommandLine& line) {
   app.add_option("--request-threads", line.serve.server.request_threads,
                  "Threads for reading meshes, encoding frames and long edits")
       ->capture_default_str();
+  add_store(app, line);
   app.add_option("--cache-dir", line.cache, "Folder of built models")->capture_default_str();
   app.add_flag("--no-cache", line.no_cache, "Build every model anew");
   const std::map<std::string, log::Level> levels{{"error", log::Level::kError},
@@ -229,6 +263,7 @@ int run(int argc, char** argv, const MakeKinds& make_kinds) {
   try {
     if (const auto code = tools.run()) return *code;
     line.serve.web = web_options(app, line);
+    line.serve.server.store = store_options(line);
     return serve_command(line, make_kinds);
   } catch (const std::exception& fault) {
     return report(app.get_name(), fault);

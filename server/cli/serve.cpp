@@ -102,6 +102,7 @@ class Signals {
 
 int serve(const ServeOptions& options, const MakeKinds& make_kinds) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is a full disk, not the end
   Server server(options.server, make_kinds, options.web);
   const Signals signals(server, options.curve_allow);
   write_ready_file(options.ready_file, server);

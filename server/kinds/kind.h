@@ -31,9 +31,9 @@ class Opening {
   /// The record, without a session. Once.
   [[nodiscard]] virtual std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
                                                             JobId open_job) = 0;
-  /// Makes the session of that record. Once, after make_record().
+  /// Makes the session of that record, whose tasks `executor` runs. Once, after make_record().
   /// @throws Error with fields of the request
-  virtual void start(Hub& hub) = 0;
+  virtual void start(Hub& hub, session::Executor executor) = 0;
 };
 
 /// What sessions are of: elastic bodies, rod linkages, structures of beams. An object of this class
@@ -59,6 +59,9 @@ class Kind {
   [[nodiscard]] virtual std::vector<proto::Issue> validate(const proto::Scene& scene,
                                                            const std::string& prefix,
                                                            const SceneContext& context) const = 0;
+
+  /// Has a scene begin where an answer was: what Record::add_start() had put into `start`.
+  virtual void begin_in(proto::Scene& /*scene*/, const proto::Scene& /*start*/) const {}
 
   /// Scenes of limber's own, by name.
   [[nodiscard]] virtual std::vector<std::string> sample_names() const { return {}; }

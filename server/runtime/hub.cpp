@@ -28,6 +28,7 @@ Hub::Hub(ServerOptions given)
       jobs(
           control, options.limits.jobs,
           [this](const proto::JobStatus& status) { publish_job(status); }, run.first_id),
+      store(options.store ? std::make_unique<store::Store>(*options.store) : nullptr),
       session_pool(session_threads(options)),
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
 

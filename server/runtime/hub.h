@@ -9,6 +9,7 @@
 #include "server/runtime/open_requests.h"
 #include "server/runtime/options.h"
 #include "server/runtime/run.h"
+#include "server/store/store.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -36,6 +37,8 @@ struct Hub {
   std::atomic<bool> stopping{false};
   WebEntrance web;  // set before the transport starts
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
+  /// Null: sessions end with the server. Those who wait for it are answered by the transport.
+  std::unique_ptr<store::Store> store;
   // Last, so that their threads end before anything they use does.
   boost::asio::thread_pool session_pool;  // builds and solves
   boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames

@@ -3,8 +3,10 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
+#include "server/store/options.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -32,6 +34,7 @@ struct ServerOptions {
   ServiceLimits limits;
   std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
   std::filesystem::path cache_folder;             // of built models; empty: none
+  std::optional<store::StoreOptions> store;       // of sessions; nothing: they end with the server
   int session_threads = 0;  // builds and solves; 0: --max-jobs and the number of cores together
   int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end

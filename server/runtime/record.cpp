@@ -2,14 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <boost/asio/post.hpp>
+
 #include <utility>
 
+#include "limber/v1/stored.pb.h"
 #include "server/log/log.h"
 #include "server/runtime/stream_message.h"
 #include "server/wire/errors.h"
 #include "server/wire/session_values.h"
 
 namespace limber::server {
+namespace {
+
+std::uint64_t milliseconds_since_1970() {
+  const auto since = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(since).count());
+}
+
+}  // namespace
 
 Record::Record(Hub& hub, SessionKey key, std::string name, JobId open_job)
     : hub_(hub),
@@ -46,6 +59,7 @@ proto::SessionStatus Record::status() const {
   status.set_name(name_);
   status.set_uid(key_.uid);
   status.set_kind(kind());
+  status.set_is_stored(hub_.store != nullptr);
   {
     const std::lock_guard lock(mutex_);
     status.set_state(encode_state(state_));
@@ -167,6 +181,79 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
   if (!info->first_picture()) waiters_.note(info, check);
   for (const JobId job : ended) hub_.jobs.done(job);
   publish_status();
+  if (info->converged()) keep_answer_later();
+}
+
+std::optional<proto::EditRequest> Record::made_edits(const proto::Request& request) const {
+  if (!request.has_edit()) return std::nullopt;
+  return request.edit();
+}
+
+std::vector<store::Change> Record::changes_of(std::uint64_t revision,
+                                              const proto::EditRequest& made,
+                                              const std::string& client) {
+  std::vector<store::Change> changes;
+  const auto add = [&](std::uint64_t number, const proto::EditRequest& edits,
+                       const std::string& by) {
+    proto::StoredEdit edit;
+    edit.set_revision(number);
+    *edit.mutable_edits() = edits.edits();
+    edit.set_client(by);
+    edit.set_at_ms(milliseconds_since_1970());
+    changes.emplace_back(store::EditedSession{key_.uid, number, edit.SerializeAsString()});
+  };
+  while (stored_revision_ + 1 < revision) {
+    ++stored_revision_;
+    add(stored_revision_, own_edits(stored_revision_), "");
+  }
+  add(revision, made, client);
+  stored_revision_ = std::max(stored_revision_, revision);
+  return changes;
+}
+
+void Record::note_own_edits(std::uint64_t revision) {
+  if (!hub_.store) return;
+  const std::lock_guard order(edit_order_);
+  if (stored_revision_ >= revision) return;
+  hub_.store->append(changes_of(revision, own_edits(revision), ""), nullptr);
+}
+
+void Record::keep_answer_later() {
+  if (!hub_.store || is_answer_due_.exchange(true)) return;
+  boost::asio::post(hub_.request_pool, [self = shared_from_this()] { self->keep_answer(); });
+}
+
+/// Long answers at most once in kLargeInterval: writing them takes as long as they are.
+void Record::keep_answer() {
+  constexpr std::size_t kLarge = 4 << 20;
+  constexpr std::chrono::seconds kLargeInterval{5};
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_answer_) {
+    const std::chrono::duration<double> wait = next_answer_ - now;
+    later_answer_ = call_after(hub_.control, wait.count(), [self = weak_from_this()] {
+      const auto record = self.lock();
+      if (!record) return;
+      boost::asio::post(record->hub_.request_pool, [record] { record->keep_answer(); });
+    });
+    return;
+  }
+  is_answer_due_.store(false);
+  try {
+    proto::StoredAnswer answer;
+    {
+      const std::lock_guard lock(mutex_);
+      if (!newest_info_ || state_ == session::State::kClosed) return;
+      *answer.mutable_result() = *newest_info_;
+    }
+    answer.set_revision(answer.result().revision());
+    answer.set_sequence(answer.result().sequence());
+    if (!add_start(*answer.mutable_start())) return;
+    std::string bytes = answer.SerializeAsString();
+    if (bytes.size() > kLarge) next_answer_ = now + kLargeInterval;
+    hub_.store->keep_answer(key_.uid, std::move(bytes));
+  } catch (const std::exception& fault) {  // closed meanwhile
+    log::debug("the answer of session {} is not stored: {}", id(), fault.what());
+  }
 }
 
 void Record::publish_status() {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -11,6 +13,7 @@
 #include "server/runtime/frame_streams.h"
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
+#include "server/runtime/timers.h"
 
 namespace limber::server {
 
@@ -61,6 +64,26 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @param what  that they have not, for the message
   [[nodiscard]] Error lacks(const char* what) const;
 
+  // For the store. What it has of the session is what these say.
+  /// Held while an edit is made and given to the store: in there the edits have no gaps.
+  [[nodiscard]] std::recursive_mutex& edit_order() { return edit_order_; }
+  /// The edits that a request has just made, by values alone: what it took from the answer of the
+  /// moment is written out. Nothing where it made none. With edit_order().
+  [[nodiscard]] virtual std::optional<proto::EditRequest> made_edits(
+      const proto::Request& request) const;
+  /// What is to be stored of a revision, after what the session has changed by itself before it.
+  /// With edit_order(), once.
+  [[nodiscard]] std::vector<store::Change> changes_of(std::uint64_t revision,
+                                                      const proto::EditRequest& made,
+                                                      const std::string& client);
+  /// Of a session that comes back: so much is stored. With edit_order().
+  void note_stored(std::uint64_t revision) { stored_revision_ = revision; }
+  /// Puts the newest final answer into a scene as where that begins, see Kind::begin_in().
+  /// @returns whether there is one
+  [[nodiscard]] virtual bool add_start(proto::Scene& /*scene*/) const { return false; }
+  /// Of a session that continues one of before: its results are numbered on. Before it is attached.
+  void continue_after(std::uint64_t sequence) { last_sequence_ = sequence; }
+
   /// Of CancelRequest: stops the session's work; waiting clients are notified.
   void cancel();
   void welcome(const std::string& prefix);
@@ -88,6 +111,13 @@ class Record : public std::enable_shared_from_this<Record> {
   /// The newest result is final: jobs that it ends besides the opening. Called with the lock.
   virtual void take_ended_jobs(std::vector<JobId>&) {}
 
+  /// The edits, by values alone, of a revision that the session has made by itself; without edits
+  /// where that is not known.
+  [[nodiscard]] virtual proto::EditRequest own_edits(std::uint64_t /*revision*/) const {
+    return {};
+  }
+  /// The session has made a revision by itself: it is stored.
+  void note_own_edits(std::uint64_t revision);
   void note_progress(const session::Progress& progress);
   void note_state(session::State state, const std::string& message);
   /// @param keep  called with the lock: keeps the result, and says what of it is streamed, if any
@@ -99,13 +129,16 @@ class Record : public std::enable_shared_from_this<Record> {
   Hub& hub_;
   ResultWaiters waiters_;
   const std::shared_ptr<FrameStreams> streams_;
-  mutable std::mutex mutex_;  // of what follows, and of what subclasses have
+  mutable std::mutex mutex_;         // of what follows, and of what subclasses have
+  std::uint64_t last_sequence_ = 0;  // of a session before this one
   session::State state_ = session::State::kBuilding;
   std::string message_;
   /// Of work that was asked for after the opening.
   std::optional<JobId> later_job_;
 
  private:
+  void keep_answer_later();
+  void keep_answer();
   [[nodiscard]] std::vector<JobId> take_jobs();
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
 
@@ -115,6 +148,13 @@ class Record : public std::enable_shared_from_this<Record> {
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   bool build_cancelled_ = false;
   std::optional<JobId> open_job_;
+  // A design that is taken is reported within the request that takes it.
+  std::recursive_mutex edit_order_;
+  std::uint64_t stored_revision_ = 0;  // with edit_order_
+  std::atomic<bool> is_answer_due_{false};
+  // Of the one task that stores answers: none is stored before, and what waits for that.
+  std::chrono::steady_clock::time_point next_answer_{};
+  Deadline later_answer_;
 };
 
 }  // namespace limber::server

@@ -65,6 +65,7 @@ class SessionRecord : public Record, public Listener {
     return result;
   }
 
+  std::uint64_t first_sequence() override { return last_sequence_; }
   void on_progress(const session::Progress& progress) override { note_progress(progress); }
   void on_state(session::State state, const std::string& message) override {
     note_state(state, message);

@@ -84,6 +84,17 @@ std::shared_ptr<Ticket> StoredReplies::answer(const RequestKey& key, const std::
   return repeated;
 }
 
+void StoredReplies::recall(const RequestKey& key, std::uint64_t hash, std::string reply,
+                           Clock::time_point now) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto [it, is_new] = clients_[key.client].entries.try_emplace(key.id);
+    if (!is_new) return;
+    it->second.hash = hash;
+  }
+  (void)answer(key, reply, now);  // nobody has repeated it yet
+}
+
 std::shared_ptr<Ticket> StoredReplies::abandon(const RequestKey& key) {
   const std::lock_guard lock(mutex_);
   const auto client = clients_.find(key.client);

@@ -20,6 +20,12 @@ struct RequestKey {
   std::uint64_t id = 0;  // > 0
 };
 
+/// How clients of RequestKey begin that name themselves; connections do not.
+inline constexpr const char* kNamedClient = "client ";
+[[nodiscard]] inline bool is_of_connection(const RequestKey& key) {
+  return key.client.rfind(kNamedClient, 0) != 0;
+}
+
 /// Of a request's bytes, to tell a repetition from another request under the same id. Of more than
 /// 4 MiB, 4 KiB out of every 64 KiB are read.
 [[nodiscard]] std::uint64_t content_hash(std::string_view bytes);
@@ -59,6 +65,8 @@ class StoredReplies {
   /// @returns who repeated the request meanwhile and is to get the same bytes; may be null
   [[nodiscard]] std::shared_ptr<Ticket> answer(const RequestKey& key, const std::string& reply,
                                                Clock::time_point now);
+  /// Of a run before this one: a request that was answered, and its reply.
+  void recall(const RequestKey& key, std::uint64_t hash, std::string reply, Clock::time_point now);
   /// The client's connection is gone before anything was done.
   /// @returns who repeated the request on another connection: the request is theirs now; or null,
   /// then it is forgotten

@@ -52,9 +52,10 @@ void Ticket::deliver(std::string reply) {
   open_.end();
 }
 
-void Ticket::keep_reply(StoredReplies& replies, RequestKey key) {
+void Ticket::keep_reply(StoredReplies& replies, RequestKey key, std::uint64_t hash) {
   replies_ = &replies;
   key_ = std::move(key);
+  hash_ = hash;
 }
 
 void Ticket::answer_again(std::string reply) {
@@ -69,7 +70,7 @@ std::shared_ptr<Ticket> Ticket::abandon() {
   open_.end();
   if (replies_ == nullptr) return nullptr;
   auto heir = replies_->abandon(key_);
-  if (heir) heir->keep_reply(*replies_, key_);
+  if (heir) heir->keep_reply(*replies_, key_, hash_);
   return heir;
 }
 

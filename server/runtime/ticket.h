@@ -33,7 +33,11 @@ class Ticket {
   /// As refuse(), before anything of the request was done: it may come again under the same id.
   bool refuse_unbegun(const std::exception& fault);
   /// From now on its end is reported to `replies`. Before it is shared.
-  void keep_reply(StoredReplies& replies, RequestKey key);
+  /// @param hash  of the request's bytes
+  void keep_reply(StoredReplies& replies, RequestKey key, std::uint64_t hash);
+  /// Of a request whose client names itself: by what a repetition is recognised.
+  [[nodiscard]] const RequestKey& request_key() const { return key_; }
+  [[nodiscard]] std::uint64_t request_hash() const { return hash_; }
   /// The bytes of a reply that the same request got before.
   void answer_again(std::string reply);
   /// For a client that is gone: nothing is sent.
@@ -64,6 +68,7 @@ class Ticket {
   const std::string instance_;
   StoredReplies* replies_ = nullptr;
   RequestKey key_;
+  std::uint64_t hash_ = 0;
   std::atomic<bool> answered_{false};
 };
 

@@ -11,13 +11,13 @@ void Service::demand_message_room(std::uint64_t frame_bytes) const {
   }
 }
 
-proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
-  return sessions_.find(request.session())->geometry(request);
+proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) {
+  return kept_.find(request.session())->geometry(request);
 }
 
-proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {
+proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) {
   if (request.job() != 0) return get_job_frames(request);
-  const auto frames = sessions_.find(request.session())->frames(request.final_only());
+  const auto frames = kept_.find(request.session())->frames(request.final_only());
   const FrameRange range =
       frame_range(request.first_frame(), request.frame_count(), frames->frame_count());
   if (request.encoding() == proto::ENCODING_SURFACE && !frames->has_surface())
@@ -45,8 +45,8 @@ proto::GetFramesResponse Service::get_job_frames(const proto::GetFramesRequest& 
   return response;
 }
 
-proto::ExportResponse Service::export_part(const proto::ExportRequest& request) const {
-  if (request.job() == 0) return sessions_.find(request.session())->export_part(request);
+proto::ExportResponse Service::export_part(const proto::ExportRequest& request) {
+  if (request.job() == 0) return kept_.find(request.session())->export_part(request);
   if (!request.session().empty()) throw invalid("job", "give either a session or a job");
   return hub_.jobs.motion(request.job())->export_part(request);
 }

@@ -42,6 +42,16 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   out["web_refused"] = counters.web_refused.load();
   out["unread_bytes"] = hub_.transport.unread_bytes();
   out["open_requests"] = hub_.open_requests.total();
+  if (hub_.store) {
+    const auto counts = hub_.store->counts();
+    auto& store = *info.mutable_store();
+    store.set_parked(static_cast<std::uint32_t>(sessions_.all_parked().size()));
+    store.set_sessions(store.parked() + static_cast<std::uint32_t>(sessions_.all().size()));
+    store.set_bytes(counts.bytes);
+    store.set_commits(counts.commits);
+    store.set_changes(counts.changes);
+    store.set_fault(hub_.store->fault());
+  }
   info.set_web(hub_.web.url);
   // Who can ask here without it, may do all that pages may.
   if (ticket->way() == Ticket::Way::kSocket) info.set_web_token(hub_.web.token);

@@ -1,6 +1,8 @@
 // Requests about sessions of every kind.
 #include <fmt/format.h>
 
+#include <boost/asio/post.hpp>
+
 #include "server/log/log.h"
 #include "server/runtime/job_guard.h"
 #include "server/service/service.h"
@@ -10,16 +12,6 @@ namespace limber::server {
 namespace {
 
 constexpr std::uint64_t kEditsAtOnce = 65536;
-
-/// A session that had to go for another.
-void close_quietly(Record& record) {
-  try {
-    record.close();
-    log::info("session {} gave its place to another", record.id());
-  } catch (const std::exception& fault) {  // a client was quicker
-    log::debug("closing {}: {}", record.id(), fault.what());
-  }
-}
 
 }  // namespace
 
@@ -34,10 +26,11 @@ JobId Service::start_open_job(const SessionKey& key) {
 }
 
 void Service::put(const std::shared_ptr<Record>& record) {
-  for (const auto& failed : sessions_.put(record)) close_quietly(*failed);
+  for (const auto& failed : sessions_.put(record)) kept_.give_way(*failed);
 }
 
-proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
+void Service::open(const proto::OpenSessionRequest& request, const SharedTicket& ticket) {
+  kept_.demand_writable();
   const Kind& kind = kinds_.of(request.scene(), "scene");
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
@@ -47,7 +40,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   const auto record = opening->make_record(hub_, name->key(), job);
   put(record);
   try {
-    opening->start(hub_);
+    opening->start(hub_, hub_.session_executor());
   } catch (const std::exception& fault) {
     sessions_.remove(*record);
     guard.fail(fault);
@@ -55,17 +48,30 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   }
   guard.release();
   log::info("session {} opened: {}", id, opening->size());
-  proto::OpenSessionResponse response;
+  proto::Reply reply;
+  auto& response = *reply.mutable_open_session();
   response.set_session(id);
   response.set_uid(name->key().uid);
   response.set_kind(kind.name());
   response.set_job(job);
   for (auto& issue : opening->remarks()) *response.add_issues() = std::move(issue);
-  return response;
+  if (!kept_.is_on()) {
+    ticket->answer(std::move(reply));
+    return;
+  }
+  kept_.opened(ticket, record, request.scene(), std::move(reply), [this, record] { drop(record); });
+}
+
+/// Of a session that was opened and could not be stored.
+void Service::drop(const std::shared_ptr<Record>& record) {
+  boost::asio::post(hub_.request_pool, [this, record] {
+    sessions_.remove(*record);
+    kept_.give_way(*record);
+  });
 }
 
 proto::EditResponse Service::edit(const proto::EditRequest& request) {
-  const auto record = sessions_.find(request.session());
+  const auto record = kept_.find(request.session());
   if (static_cast<std::uint64_t>(request.edits_size()) > kEditsAtOnce) {
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
@@ -73,8 +79,44 @@ proto::EditResponse Service::edit(const proto::EditRequest& request) {
   return record->edit(request);
 }
 
+void Service::make_edit(const SharedTicket& ticket, const Request& request) {
+  proto::Reply reply;
+  if (!kept_.is_on()) {
+    *reply.mutable_edit() = edit(request.edit());
+    ticket->answer(std::move(reply));
+    return;
+  }
+  kept_.demand_writable();
+  const auto record = kept_.find(request.edit().session());
+  const std::lock_guard order(record->edit_order());
+  *reply.mutable_edit() = edit(request.edit());
+  const std::uint64_t revision = reply.edit().revision();
+  keep_edit(ticket, request, *record, revision, std::move(reply));
+}
+
+void Service::take_design(const SharedTicket& ticket, const Request& request) {
+  if (!kept_.is_on()) return ask_session(ticket, request);
+  kept_.demand_writable();
+  const auto record = kept_.find(request.take_design().session());
+  const std::lock_guard order(record->edit_order());
+  proto::Reply reply;
+  if (!record->answer(request, reply)) throw record->lacks(verb_of(request.body_case()).subject);
+  const std::uint64_t revision = reply.take_design().revision();
+  keep_edit(ticket, request, *record, revision, std::move(reply));
+}
+
+void Service::keep_edit(const SharedTicket& ticket, const Request& request, Record& record,
+                        std::uint64_t revision, proto::Reply reply) {
+  const auto made = record.made_edits(request);
+  if (made) {
+    kept_.edited(ticket, record, revision, *made, std::move(reply));
+  } else {
+    ticket->answer(std::move(reply));
+  }
+}
+
 void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket) {
-  const auto record = sessions_.find(request.session());
+  const auto record = kept_.find(request.session());
   const double timeout = request.has_timeout_s() ? request.timeout_s() : 60.0;
   if (!(timeout > 0)) throw invalid("timeout_s", fmt::format("{} must be > 0", timeout));
   const auto until =
@@ -88,28 +130,85 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
 proto::ListSessionsResponse Service::list_sessions(const proto::ListSessionsRequest&) const {
   proto::ListSessionsResponse response;
   for (const auto& record : sessions_.all()) *response.add_sessions() = record->status();
+  for (auto& parked : sessions_.all_parked()) *response.add_sessions() = std::move(parked.status);
   return response;
 }
 
-proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& request) const {
-  const auto record = sessions_.find(request.session());
+proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& request) {
+  const auto record = kept_.find(request.session());
   proto::GetSessionResponse response;
   *response.mutable_status() = record->status();
   if (request.with_scene() || request.with_base_motion()) record->add_scene(request, response);
   return response;
 }
 
-proto::CloseSessionResponse Service::close(const proto::CloseSessionRequest& request) {
-  const auto record = sessions_.find(request.session());
-  record->close();
-  sessions_.remove(*record);  // the name is free only now
-  return {};
+void Service::close(const proto::CloseSessionRequest& request, const SharedTicket& ticket) {
+  kept_.demand_writable();
+  proto::Reply reply;
+  reply.mutable_close_session();
+  std::uint64_t uid = 0;
+  if (const auto parked = sessions_.parked(request.session())) {
+    uid = parked->key.uid;
+    // Somebody was quicker: it is open, or closed.
+    if (!sessions_.forget(parked->key)) return close(request, ticket);
+  } else {
+    const auto record = sessions_.find(request.session());
+    uid = record->key().uid;
+    record->close();
+    sessions_.remove(*record);  // the name is free only now
+  }
+  if (kept_.is_on()) {
+    kept_.closed(ticket, uid, std::move(reply));
+  } else {
+    ticket->answer(std::move(reply));
+  }
+}
+
+proto::SaveSessionResponse Service::save_session(const proto::SaveSessionRequest& request) {
+  demand_store();
+  proto::StoredSession stored = kept_.load(request.session());
+  stored.set_server_version(LIMBER_VERSION);
+  proto::SaveSessionResponse response;
+  response.set_content(stored.SerializeAsString());
+  return response;
+}
+
+void Service::restore_session(const proto::RestoreSessionRequest& request,
+                              const SharedTicket& ticket) {
+  demand_store();
+  kept_.demand_writable();
+  proto::StoredSession stored;
+  if (!stored.ParseFromString(request.content()) || stored.version() == 0)
+    throw invalid("content", "this is no session that was exported");
+  if (stored.version() != 1)
+    throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "content",
+                  fmt::format("the session is of form {}, written by limberd {}; this server reads "
+                              "form 1: update it",
+                              stored.version(), stored.server_version()));
+  const auto name =
+      sessions_.reserve(request.session().empty() ? stored.session() : request.session());
+  const auto record = kept_.restore(name->key(), stored);
+  log::info("session {} restored from a file", record->id());
+  proto::Reply reply;
+  auto& response = *reply.mutable_restore_session();
+  response.set_session(record->id());
+  response.set_uid(record->key().uid);
+  response.set_kind(record->kind());
+  response.set_revision(record->status().revision());
+  kept_.imported(ticket, *record, std::move(stored), std::move(reply),
+                 [this, record] { drop(record); });
+}
+
+void Service::demand_store() const {
+  if (!kept_.is_on())
+    throw Error(ErrorCode::kFailedPrecondition, "session",
+                "this server keeps no sessions: start it with --data FOLDER");
 }
 
 proto::CancelResponse Service::cancel(const proto::CancelRequest& request) {
   switch (request.target_case()) {
     case proto::CancelRequest::kSession:
-      sessions_.find(request.session())->cancel();
+      kept_.find(request.session())->cancel();
       break;
     case proto::CancelRequest::kJob:
       hub_.jobs.cancel(request.job());

@@ -21,7 +21,7 @@ constexpr std::uint64_t kLightBytes = 4 << 20;  // of what is handled on the tra
 
 /// By what the client calls itself, else by its connection, proxies included.
 std::string client_of(const Address& address, const RequestPeek& peek) {
-  if (!peek.client.empty()) return "client " + peek.client;
+  if (!peek.client.empty()) return kNamedClient + peek.client;
   std::string connection = "connection";
   for (const auto& frame : address.envelope)
     connection += fmt::format(" {}:", frame.size()) + frame;
@@ -77,8 +77,11 @@ Service::Service(Hub& hub, Kinds kinds, std::function<void()> request_stop)
       scenes_{FileRoots(hub.options.mesh_roots).resolver(), hub.options.limits},
       request_stop_(std::move(request_stop)),
       sessions_(hub.options.limits.sessions, hub.run, hub.session_ids),
+      kept_(hub, kinds_, scenes_, sessions_),
       heavy_(hub.request_pool, hub.options.request_threads, hub.options.limits.queued_request_bytes,
-             [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {}
+             [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {
+  kept_.recall(replies_);
+}
 
 void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const RequestPeek peek = peek_request(payload.to_string_view());
@@ -91,7 +94,9 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
                            payload.size());
     }
     check_envelope(original, peek);
-    if (!peek.instance.empty() && peek.instance != hub_.run.instance) throw restarted("", "");
+    const bool is_of_another_run = !peek.instance.empty() && peek.instance != hub_.run.instance;
+    if (is_of_another_run && (peek.body == Request::kShutdown || !kept_.had(peek.instance)))
+      throw restarted("", "");
     if (hub_.stopping.load()) throw shutting_down();
     if (came_before(ticket, original, peek, payload)) return;
     dispatch(ticket, peek.body, std::move(payload));
@@ -111,12 +116,12 @@ bool Service::came_before(const SharedTicket& ticket, const Address& address,
                           const RequestPeek& peek, const zmq::message_t& payload) {
   if (peek.id == 0 || verb_of(peek.body).effect == Effect::kNone) return false;
   RequestKey key{client_of(address, peek), peek.id};
-  auto finding = replies_.begin(key, content_hash(payload.to_string_view()), ticket,
-                                StoredReplies::Clock::now());
+  const std::uint64_t hash = content_hash(payload.to_string_view());
+  auto finding = replies_.begin(key, hash, ticket, StoredReplies::Clock::now());
   using Verdict = StoredReplies::Verdict;
   switch (finding.verdict) {
     case Verdict::kNew:
-      ticket->keep_reply(replies_, std::move(key));
+      ticket->keep_reply(replies_, std::move(key), hash);
       return false;
     case Verdict::kDifferent:
       throw invalid("id", fmt::format("request id {} was used for another request: every request "
@@ -147,7 +152,8 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
   // Edits that hide their session are all in one order, behind nothing else.
   if (is_edit && session.empty()) session = kHiddenSession;
   // Behind edits of the session that wait for a thread: what is sent after them finds them made.
-  const bool is_behind = !session.empty() && heavy_.is_busy(session);
+  const bool is_behind =
+      !session.empty() && (heavy_.is_busy(session) || sessions_.parked(session).has_value());
   if (!is_heavy && !(large && is_edit)) {
     if (large)
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());

@@ -9,6 +9,7 @@
 #include "server/runtime/stored_replies.h"
 #include "server/runtime/ticket.h"
 #include "server/service/heavy_requests.h"
+#include "server/service/kept_sessions.h"
 #include "server/service/session_registry.h"
 #include "server/wire/peek.h"
 
@@ -80,21 +81,29 @@ class Service {
   void ask_kinds(const SharedTicket& ticket, const Request& request);
 
   // handlers_session.cpp
-  proto::OpenSessionResponse open(const proto::OpenSessionRequest& request);
+  void open(const proto::OpenSessionRequest& request, const SharedTicket& ticket);
   proto::EditResponse edit(const proto::EditRequest& request);
+  void make_edit(const SharedTicket& ticket, const Request& request);
+  void take_design(const SharedTicket& ticket, const Request& request);
+  void keep_edit(const SharedTicket& ticket, const Request& request, Record& record,
+                 std::uint64_t revision, proto::Reply reply);
   void wait(const proto::WaitRequest& request, const SharedTicket& ticket);
   proto::ListSessionsResponse list_sessions(const proto::ListSessionsRequest&) const;
-  proto::GetSessionResponse get_session(const proto::GetSessionRequest& request) const;
-  proto::CloseSessionResponse close(const proto::CloseSessionRequest& request);
+  proto::GetSessionResponse get_session(const proto::GetSessionRequest& request);
+  void close(const proto::CloseSessionRequest& request, const SharedTicket& ticket);
+  proto::SaveSessionResponse save_session(const proto::SaveSessionRequest& request);
+  void restore_session(const proto::RestoreSessionRequest& request, const SharedTicket& ticket);
   proto::CancelResponse cancel(const proto::CancelRequest& request);
+  void drop(const std::shared_ptr<Record>& record);
+  void demand_store() const;
   [[nodiscard]] JobId start_open_job(const SessionKey& key);
   void put(const std::shared_ptr<Record>& record);
 
   // handlers_frames.cpp
-  proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request) const;
-  proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request) const;
+  proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request);
+  proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request);
   proto::GetFramesResponse get_job_frames(const proto::GetFramesRequest& request) const;
-  proto::ExportResponse export_part(const proto::ExportRequest& request) const;
+  proto::ExportResponse export_part(const proto::ExportRequest& request);
   void demand_message_room(std::uint64_t frame_bytes) const;
 
   // handlers_scene.cpp
@@ -118,6 +127,7 @@ class Service {
   const SceneContext scenes_;
   std::function<void()> request_stop_;
   SessionRegistry sessions_;
+  KeptSessions kept_;
   StoredReplies replies_;
   HeavyRequests heavy_;
 };

@@ -37,14 +37,15 @@ std::unique_ptr<SessionRegistry::Reservation> SessionRegistry::reserve(
   check_name(requested);
   const std::lock_guard lock(mutex_);
   const auto known = sessions_.find(requested);
-  if (reserved_.count(requested) > 0 ||
+  if (reserved_.count(requested) > 0 || parked_.count(requested) > 0 ||
       (known != sessions_.end() && !known->second.record->failed()))
     throw exists(requested);
   std::uint64_t open = reserved_.size();
   for (const auto& [name, entry] : sessions_) open += entry.record->failed() ? 0 : 1;
   if (open >= limit_) throw limit_exceeded("", "open sessions", limit_, open + 1);
   std::string name = requested;
-  while (name.empty() || (name != requested && (sessions_.count(name) + reserved_.count(name)) > 0))
+  while (name.empty() || (name != requested && (sessions_.count(name) + reserved_.count(name) +
+                                                parked_.count(name)) > 0))
     name = fmt::format("session-{}-{}", names_of_run_, ++last_);
   reserved_.insert(name);
   return std::make_unique<Reservation>(*this, SessionKey{name, ids_.next()});
@@ -86,16 +87,19 @@ std::vector<std::shared_ptr<Record>> SessionRegistry::put(const std::shared_ptr<
     go(oldest);
   }
   reserved_.erase(name);
+  parked_.erase(name);
   sessions_.emplace(name, Entry{record, ++put_});
   return gone;
 }
 
 std::shared_ptr<Record> SessionRegistry::find(const std::string& reference) const {
   const SessionKey requested = SessionKey::parse(reference);
-  if (ids_.is_of_another_run(requested.uid))
-    throw restarted("session", fmt::format("session '{}'", requested.name));
   const std::lock_guard lock(mutex_);
   const auto it = sessions_.find(requested.name);
+  const bool is_it = it != sessions_.end() && it->second.record->key().uid == requested.uid;
+  // A session that came back has the uid that it was given by another run.
+  if (!is_it && ids_.is_of_another_run(requested.uid))
+    throw restarted("session", fmt::format("session '{}'", requested.name));
   if (it == sessions_.end()) throw not_found(requested.name);
   if (requested.uid != 0 && it->second.record->key().uid != requested.uid) {
     throw Refusal(proto::ERROR_CODE_NOT_FOUND, "session",
@@ -114,6 +118,36 @@ void SessionRegistry::remove(const Record& record) {
   const std::lock_guard lock(mutex_);
   const auto it = sessions_.find(record.id());
   if (it != sessions_.end() && it->second.record.get() == &record) sessions_.erase(it);
+}
+
+void SessionRegistry::park(Parked parked) {
+  const std::lock_guard lock(mutex_);
+  const std::string name = parked.key.name;
+  parked_.insert_or_assign(name, std::move(parked));
+}
+
+std::optional<SessionRegistry::Parked> SessionRegistry::parked(const std::string& reference) const {
+  const std::string name = reference.substr(0, reference.find('@'));
+  const std::lock_guard lock(mutex_);
+  const auto it = parked_.find(name);
+  if (it == parked_.end()) return std::nullopt;
+  if (name != reference && it->second.key.reference() != reference) return std::nullopt;
+  return it->second;
+}
+
+std::vector<SessionRegistry::Parked> SessionRegistry::all_parked() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Parked> all;
+  for (const auto& [name, parked] : parked_) all.push_back(parked);
+  return all;
+}
+
+bool SessionRegistry::forget(const SessionKey& key) {
+  const std::lock_guard lock(mutex_);
+  const auto it = parked_.find(key.name);
+  if (it == parked_.end() || it->second.key.uid != key.uid) return false;
+  parked_.erase(it);
+  return true;
 }
 
 std::vector<std::shared_ptr<Record>> SessionRegistry::all() const {

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -42,6 +43,7 @@ class SessionRegistry {
   [[nodiscard]] std::unique_ptr<Reservation> reserve(const std::string& requested);
   /// Under the name that was reserved for it.
   /// @returns failed ones that had to go, for the caller to close
+  /// One that is parked under that name is it, and is parked no more.
   /// @throws Refusal as reserve() does, where a failed session was taken up again meanwhile
   [[nodiscard]] std::vector<std::shared_ptr<Record>> put(const std::shared_ptr<Record>& record);
   /// @param reference  NAME or NAME@UID
@@ -53,6 +55,18 @@ class SessionRegistry {
   /// Unless its name is another's by now.
   void remove(const Record& record);
   [[nodiscard]] std::vector<std::shared_ptr<Record>> all() const;
+
+  /// A session that is in the store alone: it has its name, but takes no place.
+  struct Parked {
+    SessionKey key;
+    proto::SessionStatus status;
+  };
+  void park(Parked parked);
+  /// @param reference  NAME or NAME@UID. @returns nothing where no such session is parked
+  [[nodiscard]] std::optional<Parked> parked(const std::string& reference) const;
+  [[nodiscard]] std::vector<Parked> all_parked() const;
+  /// It is closed. @returns whether it was parked
+  bool forget(const SessionKey& key);
 
  private:
   struct Entry {
@@ -69,6 +83,7 @@ class SessionRegistry {
   RunIds& ids_;
   mutable std::mutex mutex_;
   Sessions sessions_;
+  std::map<std::string, Parked> parked_;
   std::set<std::string> reserved_;
   std::uint64_t last_ = 0, put_ = 0;
 };

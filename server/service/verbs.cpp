@@ -32,7 +32,7 @@ void Service::reply_later(const SharedTicket& ticket, const Request& request) {
 }
 
 void Service::ask_session(const SharedTicket& ticket, const Request& request) {
-  const auto record = sessions_.find(session_of(request));
+  const auto record = kept_.find(session_of(request));
   proto::Reply reply;
   if (!record->answer(request, reply)) throw record->lacks(verb_of(request.body_case()).subject);
   ticket->answer(std::move(reply));
@@ -60,8 +60,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kGetServerInfo:
       return {kLight, kNone, &S::reply_later<&Request::get_server_info, &S::server_info>};
     case Request::kOpenSession:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::open_session, &Reply::mutable_open_session, &S::open>};
+      return {kHeavy, kLasting, &S::reply_later<&Request::open_session, &S::open>};
     case Request::kListSessions:
       return {kLight, kNone,
               &S::reply<&Request::list_sessions, &Reply::mutable_list_sessions, &S::list_sessions>};
@@ -69,10 +68,9 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kNone,
               &S::reply<&Request::get_session, &Reply::mutable_get_session, &S::get_session>};
     case Request::kCloseSession:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::close_session, &Reply::mutable_close_session, &S::close>};
+      return {kHeavy, kLasting, &S::reply_later<&Request::close_session, &S::close>};
     case Request::kEdit:
-      return {kLight, kLasting, &S::reply<&Request::edit, &Reply::mutable_edit, &S::edit>};
+      return {kLight, kLasting, &S::make_edit};
     case Request::kWait:
       return {kLight, kNone, &S::reply_later<&Request::wait, &S::wait>};
     case Request::kGetMaterial:
@@ -114,7 +112,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kStopDesign:
       return {kLight, kLasting, &S::ask_session, "design"};
     case Request::kTakeDesign:
-      return {kLight, kLasting, &S::ask_session, "design"};
+      return {kLight, kLasting, &S::take_design, "design"};
     case Request::kGetDesign:
       return {kHeavy, kNone, &S::ask_session, "design"};
     case Request::kMakeStartingGrid:
@@ -127,6 +125,11 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kNone, &S::ask_session, "explanation"};
     case Request::kLookAt:
       return {kLight, kNone, &S::ask_session, "long motion"};
+    case Request::kSaveSession:
+      return {kHeavy, kNone,
+              &S::reply<&Request::save_session, &Reply::mutable_save_session, &S::save_session>};
+    case Request::kRestoreSession:
+      return {kHeavy, kLasting, &S::reply_later<&Request::restore_session, &S::restore_session>};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

@@ -194,6 +194,18 @@ proto::Array encode_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   return array;
 }
 
+Eigen::MatrixXd decode_matrix(const proto::Array& array, const std::string& field) {
+  check_array(array, field, 2);
+  if (array.type() != proto::DATA_TYPE_FLOAT64)
+    throw invalid(field + ".type", "float64 is expected");
+  demand_rows_fit(array, field);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows(
+      static_cast<Eigen::Index>(array.shape(0)), static_cast<Eigen::Index>(array.shape(1)));
+  copy_bytes(array, rows.data());
+  if (!rows.allFinite()) throw invalid(field + ".data", "finite numbers are expected");
+  return rows;
+}
+
 proto::Array encode_points_float64(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
   const Eigen::Matrix3Xd dense = points;
   proto::Array array;

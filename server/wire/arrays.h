@@ -47,6 +47,8 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 [[nodiscard]] proto::Array encode_indices(const Eigen::Ref<const Eigen::MatrixXi>& indices);
 /// rows x columns, float64, row by row.
 [[nodiscard]] proto::Array encode_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+/// The same back. @throws Refusal for another type, other dimensions, NaN and infinity
+[[nodiscard]] Eigen::MatrixXd decode_matrix(const proto::Array& array, const std::string& field);
 /// 3 x rows to rows x 3, float64.
 [[nodiscard]] proto::Array encode_points_float64(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 

@@ -9,11 +9,11 @@ namespace limber::server {
 
 namespace {
 
-constexpr EnumTable<session::State, proto::SessionState, proto::SessionState_MAX> kSessionStates{
-    {session::State::kBuilding, proto::SESSION_STATE_BUILDING},
-    {session::State::kReady, proto::SESSION_STATE_READY},
-    {session::State::kFailed, proto::SESSION_STATE_FAILED},
-    {session::State::kClosed, proto::SESSION_STATE_CLOSED}};
+constexpr EnumTable<session::State, proto::SessionState, proto::SESSION_STATE_CLOSED>
+    kSessionStates{{session::State::kBuilding, proto::SESSION_STATE_BUILDING},
+                   {session::State::kReady, proto::SESSION_STATE_READY},
+                   {session::State::kFailed, proto::SESSION_STATE_FAILED},
+                   {session::State::kClosed, proto::SESSION_STATE_CLOSED}};
 
 }  // namespace
 

@@ -33,12 +33,13 @@ SESSION_ROOM = re.compile(r"engine/session/(\w+)/")
 SERVER = {
     "server/log": set(),
     "server/wire": set(),
+    "server/store": {"server/log"},
     "server/transport": {"server/wire", "server/log"},
     "server/web": {"server/wire", "server/log", "server/transport"},
-    "server/runtime": {"server/wire", "server/log", "server/transport"},
+    "server/runtime": {"server/wire", "server/log", "server/store", "server/transport"},
     "server/kinds": {"server/wire", "server/log", "server/runtime"},
-    "server/service": {"server/wire", "server/log", "server/transport", "server/web", "server/runtime", "server/kinds",
-                       "server/kinds/registry"},
+    "server/service": {"server/wire", "server/log", "server/store", "server/transport", "server/web", "server/runtime",
+                       "server/kinds", "server/kinds/registry"},
 }
 KIND_ROOM = {"server/wire", "server/log", "server/runtime", "server/kinds"}
 SERVER_KIND = re.compile(rf"server/kinds/({'|'.join(KINDS)})/")
@@ -84,6 +85,8 @@ def faults_of_file(path: str, text: str) -> list[str]:
                 faults.append(f"{path}: <{included}> is private to {home}")
             if path.startswith("engine/") and included.startswith(name) and path.endswith(".h"):
                 faults.append(f"{path}: <{included}> must stay out of headers")
+        if included == "sqlite3.h" and not path.startswith(("engine/", "server/store/")):
+            faults.append(f"{path}: <{included}> is private to server/store/")
         if not re.match(r"(engine|server|clients|bench|tests|examples|limber)/", included):
             continue
         own_room, other_room = SESSION_ROOM.match(path), SESSION_ROOM.match(included)

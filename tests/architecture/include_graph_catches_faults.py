@@ -101,6 +101,8 @@ FAULTS = {
     **{f"engine/base/forbidden_{i}.cpp": (f"#include <{name}>\n", f"engine/ must not include <{name}>")
        for i, name in enumerate(("zmq.hpp", "boost/asio.hpp", "google/protobuf/message.h", "proto/limber.h", "sqlite3.h",
                                  "CLI/CLI.hpp", "iostream", "cstdio", "spdlog/spdlog.h", "limber/v1/scene.pb.h"))},
+    "server/runtime/sqlite.cpp": ("#include <sqlite3.h>\n", "<sqlite3.h> is private to server/store/"),
+    "server/store/store.cpp": (include("server/runtime/ok.h"), "server/store must not include"),
     **{f"engine/session/private_{i}.cpp": (f"#include <{name}>\n", f"<{name}> is private to {home}")
        for i, (name, home) in enumerate(PRIVATE)},
     **{f"{home}private_{i}.h": (f"#include <{name}>\n", f"<{name}> must stay out of headers")

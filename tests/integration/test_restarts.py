@@ -21,7 +21,7 @@ from limber.server import Server
 class Restartable:
     """A limberd at one address, again and again."""
 
-    def __init__(self, limberd, folder, cache_dir):
+    def __init__(self, limberd, folder, cache_dir, *arguments):
         ports = []
         for _ in range(2):
             with socket.socket() as free:
@@ -30,7 +30,7 @@ class Restartable:
         self.endpoint, stream = (f"tcp://127.0.0.1:{port}" for port in ports)
         self.ready = folder / "ready"
         self.command = [str(limberd), "--bind", self.endpoint, "--stream", stream, "--ready-file", str(self.ready),
-                        "--cache-dir", str(cache_dir)]
+                        "--cache-dir", str(cache_dir), *arguments]
         self.log = open(folder / "log", "ab")
         self.start()
 

@@ -130,6 +130,18 @@ class ServerCore:
         """Every session of the server."""
         return list(self.connection.call("list_sessions", service.ListSessionsRequest()).sessions)
 
+    def save_session(self, session: str, path: "str | os.PathLike[str]") -> None:
+        """Writes a stored session with its edits and its answer into one file (of a server with --data)."""
+        request = service.SaveSessionRequest(session=checks.text(session, "session"))
+        content = self.connection.call("save_session", request, timeout=60.0).content
+        checks.path(path, "path").write_bytes(content)
+
+    def restore_session(self, path: "str | os.PathLike[str]", session: str = "") -> Any:
+        """The session of such a file, under the name that it had unless another one is given."""
+        request = service.RestoreSessionRequest(content=checks.path(path, "path").read_bytes(),
+                                                session=checks.text(session, "session"))
+        return self.session(self.connection.call("restore_session", request, timeout=60.0).session)
+
     # ---- jobs ----
 
     def jobs(self) -> "list[service.JobStatus]":

@@ -107,6 +107,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void solve(const Round& round) override;
   void solve_failed(const Round& round, const std::string& reason) override;
   std::shared_ptr<const BodyResult> bring_up_to_date(const Round& round);
+  void begin_in(const scene::StartMotion& start);
   void solve_order(const Round& round);
   /// What `round` asks for, to the end, its material included. @returns nothing where an edit made
   /// it out of date
@@ -274,6 +275,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool was_interrupted_ = false;  // the task's: the last exact step
   bool is_exact_ = false;         // the task's: the solver's motion is an optimum of the full map
   AnswerCache answers_;           // the task's
+  bool has_begun_ = false;        // the task's: Scene::start was used, or is of no use any more
   bool solved_ = false;           // the task's: the motion has converged for the material it has
   /// The task's: q of the motion with forces alone that the fit of the material began with.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;

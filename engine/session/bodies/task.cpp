@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/clauses.h"
+#include "engine/scene/start_motion.h"
 #include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/impl.h"
 #include "engine/session/bodies/material_outcome.h"
@@ -150,11 +151,36 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
     problem_->solver().cold_start();
     return nullptr;
   }
+  if (!std::exchange(has_begun_, true) && document_.unedited()->start) {
+    begin_in(*document_.unedited()->start);
+    return nullptr;
+  }
   auto known = answers_.find(round.order.content);
   if (!known) return nullptr;
   const bool is_of_other_modes = known->mode_changes != mode_changes();
   take_up(*known, is_of_other_modes ? spacetime::Known::kGuess : spacetime::Known::kAnswer);
   return is_of_other_modes ? nullptr : known;
+}
+
+/// What is of no size of this session is left out: the start is a guess.
+void BodySession::Impl::begin_in(const scene::StartMotion& start) {
+  spacetime::Solver& solver = problem_->solver();
+  const spacetime::Material& initial = *problem_->initial_material();
+  Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(solver.motion().rows(), solver.motion().cols());
+  if (start.coordinates.cols() != motion.cols()) return;
+  const Eigen::Index rows = std::min(motion.rows(), start.coordinates.rows());
+  motion.topRows(rows) = start.coordinates.topRows(rows);
+  const Eigen::Index modes = initial.mixing.cols();
+  if (start.mixing.rows() == initial.mixing.rows() && start.mixing.cols() == modes &&
+      start.stiffness.size() == modes && start.damping.size() == modes) {
+    problem_->set_material(std::make_shared<const spacetime::Material>(
+        spacetime::Material{{start.stiffness, start.damping}, start.mixing}));
+  }
+  solver.set_weight_scale(start.weight_scale);
+  solver.warm_start(motion, spacetime::Known::kGuess);
+  // It is the answer that was wanted: nothing is looked for from rest, as after undo.
+  from_rest_ = false;
+  tried_ = motion;
 }
 
 void BodySession::Impl::solve_order(const Round& round) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +15,9 @@ template <class Result>
 class Listener {
  public:
   virtual ~Listener() = default;
+  /// Asked once, when the session is made: results are numbered on from here, where it continues
+  /// one of before.
+  [[nodiscard]] virtual std::uint64_t first_sequence() { return 0; }
   virtual void on_progress(const Progress&) {}  // while building
   virtual void on_state(State state, const std::string& message) = 0;
   virtual void on_result(const std::shared_ptr<const Result>& result) = 0;

@@ -126,7 +126,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
       : id_(std::move(id)),
         listener_(std::move(listener)),
         task_(mutex_, std::move(executor), [this] { report_closed(); }),
-        edited_at_(Clock::now()) {}
+        edited_at_(Clock::now()),
+        sequence_(listener_ ? listener_->first_sequence() : 0) {}
 
   // What a kind implements.
 

@@ -36,9 +36,9 @@ class BeamOpening final : public Opening {
                                                     JobId open_job) override {
     return record_ = std::make_shared<BeamRecord>(hub, key, structure_, open_job);
   }
-  void start(Hub& hub) override {
+  void start(Hub&, session::Executor executor) override {
     record_->attach(std::make_shared<session::BeamSession>(
-        record_->id(), structure_.model, session::BeamLimits{}, hub.session_executor(), record_,
+        record_->id(), structure_.model, session::BeamLimits{}, std::move(executor), record_,
         structure_.shape, discretisation_));
   }
 
@@ -84,6 +84,9 @@ class BeamKind final : public Kind {
                                                    const std::string& prefix,
                                                    const SceneContext& context) const override {
     return beam_issues(scene, prefix, edge_loader(context.resolve), context.limits.session_bytes);
+  }
+  void begin_in(proto::Scene& scene, const proto::Scene& start) const override {
+    *scene.mutable_beams()->mutable_shape() = start.beams().shape();
   }
   [[nodiscard]] std::vector<std::string> sample_names() const override {
     return session::beam_sample_names();

@@ -1,5 +1,6 @@
 #include "server/kinds/beams/record.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/kinds/beams/edit.h"
@@ -7,6 +8,8 @@
 #include "server/kinds/beams/export.h"
 #include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scene.h"
+#include "server/kinds/beams/shape.h"
+#include "server/kinds/beams/structure.h"
 
 namespace limber::server {
 
@@ -21,6 +24,30 @@ void BeamRecord::add_scene(const proto::GetSessionRequest&,
                            proto::GetSessionResponse& response) const {
   *response.mutable_scene() = encode_beam_scene(
       {opened_.name, session()->model(), opened_.sections, std::nullopt, opened_.discretisation});
+}
+
+std::optional<proto::EditRequest> BeamRecord::made_edits(const proto::Request& request) const {
+  auto made = Record::made_edits(request);
+  if (!made) return made;
+  const auto conditions = session()->conditions();
+  for (proto::Edit& edit : *made->mutable_edits()) {
+    if (!edit.has_hold_beam_node()) continue;
+    const auto node = static_cast<int>(edit.hold_beam_node().node());
+    const auto& motions = conditions->motions;
+    const auto motion = std::find_if(motions.begin(), motions.end(),
+                                     [node](const auto& one) { return one.node == node; });
+    // Undone or released by what follows in the same request.
+    if (motion == motions.end()) continue;
+    encode_beam_motion(*motion, *edit.mutable_move_beam_node()->mutable_motion());
+  }
+  return made;
+}
+
+bool BeamRecord::add_start(proto::Scene& scene) const {
+  const auto result = session()->final_result();
+  if (!result || !result->analysis) return false;
+  *scene.mutable_beams()->mutable_shape() = encode_beam_shape(result->analysis->solution.state);
+  return true;
 }
 
 proto::ExportResponse BeamRecord::export_part(const proto::ExportRequest& request) {

@@ -34,6 +34,10 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
   [[nodiscard]] proto::GetGeometryResponse geometry(
       const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
+  /// Nodes that were held where they were are written out.
+  [[nodiscard]] std::optional<proto::EditRequest> made_edits(
+      const proto::Request& request) const override;
+  [[nodiscard]] bool add_start(proto::Scene& scene) const override;
   /// The solution in numbers.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 

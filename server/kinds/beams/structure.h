@@ -46,6 +46,7 @@ struct DecodedBeams {
                                                 const std::string& field);
 [[nodiscard]] beams::PrescribedMotion decode_beam_motion(const proto::BeamMotion& message,
                                                          const std::string& field);
+void encode_beam_motion(const beams::PrescribedMotion& motion, proto::BeamMotion& message);
 [[nodiscard]] beams::NodalLoad decode_nodal_load(const proto::BeamLoad& message,
                                                  const std::string& field);
 [[nodiscard]] beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& message,

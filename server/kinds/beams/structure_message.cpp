@@ -52,21 +52,6 @@ void encode_support(const beams::BeamSupport& support, proto::BeamSupport& messa
   encode_own_axes(support.axes, message);
 }
 
-void encode_motion(const beams::PrescribedMotion& motion, proto::BeamMotion& message) {
-  message.set_node(static_cast<std::uint32_t>(motion.node));
-  if (motion.translates[0]) message.set_x(motion.translation.x());
-  if (motion.translates[1]) message.set_y(motion.translation.y());
-  if (motion.translates[2]) message.set_z(motion.translation.z());
-  if (motion.rotates_all()) {
-    set_vector(motion.rotation, *message.mutable_rotation());
-  } else {
-    if (motion.rotates[0]) message.set_rotation_x(motion.rotation.x());
-    if (motion.rotates[1]) message.set_rotation_y(motion.rotation.y());
-    if (motion.rotates[2]) message.set_rotation_z(motion.rotation.z());
-  }
-  encode_own_axes(motion.axes, message);
-}
-
 void encode_node_load(const beams::NodalLoad& load, proto::BeamLoad& message) {
   message.set_node(static_cast<std::uint32_t>(load.node));
   set_vector(load.force, *message.mutable_force());
@@ -82,6 +67,21 @@ void encode_distributed(const beams::DistributedLoad& load, proto::BeamDistribut
 
 }  // namespace
 
+void encode_beam_motion(const beams::PrescribedMotion& motion, proto::BeamMotion& message) {
+  message.set_node(static_cast<std::uint32_t>(motion.node));
+  if (motion.translates[0]) message.set_x(motion.translation.x());
+  if (motion.translates[1]) message.set_y(motion.translation.y());
+  if (motion.translates[2]) message.set_z(motion.translation.z());
+  if (motion.rotates_all()) {
+    set_vector(motion.rotation, *message.mutable_rotation());
+  } else {
+    if (motion.rotates[0]) message.set_rotation_x(motion.rotation.x());
+    if (motion.rotates[1]) message.set_rotation_y(motion.rotation.y());
+    if (motion.rotates[2]) message.set_rotation_z(motion.rotation.z());
+  }
+  encode_own_axes(motion.axes, message);
+}
+
 proto::BeamStructure encode_beam_structure(const DecodedBeams& structure) {
   const beams::BeamModel& model = structure.model;
   proto::BeamStructure message;
@@ -94,7 +94,7 @@ proto::BeamStructure encode_beam_structure(const DecodedBeams& structure) {
   for (const auto& section : structure.sections) *message.add_sections() = section;
   for (const auto& element : model.elements) encode_element(element, *message.add_elements());
   for (const auto& support : model.supports) encode_support(support, *message.add_supports());
-  for (const auto& motion : model.motions) encode_motion(motion, *message.add_motions());
+  for (const auto& motion : model.motions) encode_beam_motion(motion, *message.add_motions());
   for (const auto& load : model.loads) encode_node_load(load, *message.add_loads());
   for (const auto& load : model.distributed_loads)
     encode_distributed(load, *message.add_distributed_loads());

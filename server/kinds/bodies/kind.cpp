@@ -74,7 +74,7 @@ class BodyOpening final : public Opening {
     opened_.id = key.name;
     return record_ = std::make_shared<BodyRecord>(hub, key, opened_, open_job);
   }
-  void start(Hub& hub) override {
+  void start(Hub& hub, session::Executor executor) override {
     session::SessionOptions options;
     options.max_constraints = static_cast<int>(hub.options.limits.constraints);
     options.mode_choice = mode_choice_within(decoded_.scene, hub.options.limits.session_bytes);
@@ -84,7 +84,7 @@ class BodyOpening final : public Opening {
     };
     record_->attach(with_fields(in_scene, [&] {
       return std::make_shared<session::BodySession>(opened_.id, std::move(decoded_.scene), options,
-                                                    cache_, hub.session_executor(), record_);
+                                                    cache_, std::move(executor), record_);
     }));
   }
 
@@ -117,6 +117,9 @@ class BodyKind final : public Kind {
                                                    const SceneContext& context) const override {
     return scene_issues(scene, prefix, scene_limits(context.limits),
                         scene_readers(context.resolve, mesh_read_limits(context.limits)));
+  }
+  void begin_in(proto::Scene& scene, const proto::Scene& start) const override {
+    *scene.mutable_start() = start.start();
   }
   [[nodiscard]] std::vector<std::string> sample_names() const override {
     return scene::sample_names();

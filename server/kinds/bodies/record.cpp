@@ -78,6 +78,14 @@ void BodyRecord::add_scene(const proto::GetSessionRequest& request,
   if (scene.base_motion.size() > 0) *message.mutable_base_motion() = encode_base_motion(scene);
 }
 
+bool BodyRecord::add_start(proto::Scene& scene) const {
+  const auto result = session()->final_result();
+  if (!result || result->solve_failed || result->is_first_picture || !result->material)
+    return false;
+  *scene.mutable_start() = encode_start(*result);
+  return true;
+}
+
 std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
   (void)geometry_of(*session());
   return frames_of(demand_result(final_only));

@@ -41,6 +41,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   [[nodiscard]] proto::GetGeometryResponse geometry(
       const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
+  [[nodiscard]] bool add_start(proto::Scene& scene) const override;
   /// Fitted materials, cold solves, explanations.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 

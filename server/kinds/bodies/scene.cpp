@@ -255,6 +255,43 @@ proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
   return message;
 }
 
+std::shared_ptr<const scene::StartMotion> decode_start(const proto::Scene& message,
+                                                       const std::string& field) {
+  const proto::ModalMotion& given = message.start();
+  auto start = std::make_shared<scene::StartMotion>();
+  start->coordinates = decode_matrix(given.coordinates(), field + ".coordinates");
+  if (start->coordinates.cols() != static_cast<Eigen::Index>(message.frames()))
+    throw invalid(
+        field + ".coordinates.shape",
+        fmt::format("{} frames, the scene has {}", start->coordinates.cols(), message.frames()));
+  if (given.has_mixing()) start->mixing = decode_matrix(given.mixing(), field + ".mixing");
+  start->stiffness = decode_numbers(given.stiffness());
+  start->damping = decode_numbers(given.damping());
+  for (const auto& [numbers, name] :
+       {std::pair{&start->stiffness, ".stiffness"}, std::pair{&start->damping, ".damping"}}) {
+    if (!(numbers->array() >= 0).all() || !numbers->allFinite())
+      throw invalid(field + name, "finite numbers >= 0 are expected");
+  }
+  if (given.weight_scale() != 0) start->weight_scale = given.weight_scale();
+  if (!(start->weight_scale > 0) || !(start->weight_scale <= scene::kGreatestWeight))
+    throw invalid(field + ".weight_scale",
+                  fmt::format("{} must be > 0 and at most {:g}", start->weight_scale,
+                              scene::kGreatestWeight));
+  return start;
+}
+
+proto::ModalMotion encode_start(const session::BodyResult& result) {
+  proto::ModalMotion start;
+  *start.mutable_coordinates() = encode_matrix(result.modal);
+  if (result.material != result.initial_material) {
+    *start.mutable_mixing() = encode_matrix(result.material->mixing);
+    encode_numbers(result.material->dynamics.stiffness, *start.mutable_stiffness());
+    encode_numbers(result.material->dynamics.damping, *start.mutable_damping());
+  }
+  if (result.weight_scale != 1) start.set_weight_scale(result.weight_scale);
+  return start;
+}
+
 DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                           const SceneLimits& limits, const SceneReaders& readers) {
   Faults faults(Faults::Mode::kThrow);
@@ -327,6 +364,8 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
           readers.surface(message.surface(), prefix + "surface"));
     });
   }
+  if (message.has_start())
+    faults.try_to([&] { scene.start = decode_start(message, prefix + "start"); });
   if (message.has_simulation()) {
     scene.simulation = decode_simulation(message.simulation(), prefix + "simulation",
                                          scene.mesh.node_count(), faults);

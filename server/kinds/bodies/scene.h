@@ -1,9 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "engine/scene/scene.h"
+#include "engine/scene/start_motion.h"
+#include "engine/session/bodies/session.h"
 #include "limber/v1/scene.pb.h"
 #include "server/wire/errors.h"
 #include "server/wire/faults.h"
@@ -72,6 +75,12 @@ struct DecodedScene {
 [[nodiscard]] proto::Scene encode_scene(const scene::Scene& scene);
 /// The base motion of a scene that has one, as positions.
 [[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
+
+/// @param field  path of the start, for errors
+[[nodiscard]] std::shared_ptr<const scene::StartMotion> decode_start(const proto::Scene& message,
+                                                                     const std::string& field);
+/// What a scene that begins in this answer has.
+[[nodiscard]] proto::ModalMotion encode_start(const session::BodyResult& result);
 
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
                                                   const std::string& field);

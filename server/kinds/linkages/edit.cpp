@@ -76,6 +76,10 @@ session::LinkageEdit decode_linkage_edit(const proto::Edit& message, const std::
       return session::SetEdgeLengths{decode_numbers(message.set_edge_lengths().lengths())};
     case proto::Edit::kSetSectionScales:
       return session::SetSectionScales{decode_numbers(message.set_section_scales().scales())};
+    case proto::Edit::kSetErection:
+      if (!message.set_erection().has_erection()) return session::SetErection{};
+      return session::SetErection{
+          decode_erection(message.set_erection().erection(), path + ".erection")};
     case proto::Edit::kUndo:
       return session::Undo{};
     case proto::Edit::kRedo:

@@ -54,13 +54,13 @@ class LinkageOpening final : public Opening {
     opened_.id = key.name;
     return record_ = std::make_shared<LinkageRecord>(hub, key, opened_, open_job);
   }
-  void start(Hub& hub) override {
+  void start(Hub& hub, session::Executor executor) override {
     session::LinkageLimits limits;
     limits.max_targets = static_cast<int>(hub.options.limits.constraints);
     limits.most_chosen_edges = most_chosen_edges_;
     record_->attach(with_linkage_fields(message_, [&] {
       return std::make_shared<session::LinkageSession>(opened_.id, std::move(linkage_), limits,
-                                                       hub.session_executor(), record_);
+                                                       std::move(executor), record_);
     }));
   }
 
@@ -88,6 +88,11 @@ class LinkageKind final : public Kind {
                                                    const SceneContext& context) const override {
     return linkage_issues(scene, prefix, line_loader(context.resolve),
                           context.limits.session_bytes);
+  }
+  void begin_in(proto::Scene& scene, const proto::Scene& start) const override {
+    proto::RodLinkage& linkage = *scene.mutable_linkage();
+    *linkage.mutable_shape() = start.linkage().shape();
+    linkage.set_edges_per_segment(start.linkage().edges_per_segment());
   }
   [[nodiscard]] std::vector<std::string> sample_names() const override {
     return scene::linkage_sample_names();

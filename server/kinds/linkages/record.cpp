@@ -12,6 +12,7 @@
 #include "server/kinds/linkages/result.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/runtime/stream_message.h"
+#include "server/wire/arrays.h"
 
 namespace limber::server {
 
@@ -43,6 +44,7 @@ void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& 
     design_ = info;
   }
   publish_design(*info);
+  if (info->taken) note_own_edits(*info->taken);
   if (info->state != session::DesignState::kEnded) {
     const char* const stage =
         info->state == session::DesignState::kPaused ? "design paused" : "design";
@@ -76,6 +78,42 @@ void LinkageRecord::welcome_more(const std::string& prefix) {
 
 proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
   return encode_linkage_receipt(make_edits(request, decode_linkage_edits(request)));
+}
+
+std::optional<proto::EditRequest> LinkageRecord::made_edits(const proto::Request& request) const {
+  if (!request.has_take_design()) return Record::made_edits(request);
+  return own_edits(session()->revision());
+}
+
+proto::EditRequest LinkageRecord::own_edits(std::uint64_t revision) const {
+  const auto [info, best] = session()->newest_design();
+  proto::EditRequest made;
+  if (!info || info->taken != revision || !best) return made;
+  const auto& sizes = best->sizes;
+  if (best->variables.lengths == rods::LengthVariables::kSegments)
+    encode_numbers(sizes.segments,
+                   *made.add_edits()->mutable_set_segment_lengths()->mutable_lengths());
+  if (best->variables.lengths == rods::LengthVariables::kEdges)
+    encode_numbers(sizes.edges, *made.add_edits()->mutable_set_edge_lengths()->mutable_lengths());
+  if (best->variables.sections == rods::SectionVariables::kSegments)
+    encode_numbers(sizes.sections,
+                   *made.add_edits()->mutable_set_section_scales()->mutable_scales());
+  // Last: sizes put an end to it.
+  if (info->erection)
+    *made.add_edits()->mutable_set_erection()->mutable_erection() =
+        encode_erection(*info->erection);
+  return made;
+}
+
+bool LinkageRecord::add_start(proto::Scene& scene) const {
+  const auto session = this->session();
+  if (!session->final_result()) return false;
+  const scene::Linkage linkage = session->linkage_in_shape();
+  if (!linkage.shape) return false;
+  const proto::Scene in_shape = encode_linkage(linkage);
+  *scene.mutable_linkage()->mutable_shape() = in_shape.linkage().shape();
+  scene.mutable_linkage()->set_edges_per_segment(in_shape.linkage().edges_per_segment());
+  return true;
 }
 
 void LinkageRecord::add_scene(const proto::GetSessionRequest&,

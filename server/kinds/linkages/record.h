@@ -38,6 +38,10 @@ class LinkageRecord final
   [[nodiscard]] proto::GetGeometryResponse geometry(
       const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
+  /// A design that was taken is written out as edits.
+  [[nodiscard]] std::optional<proto::EditRequest> made_edits(
+      const proto::Request& request) const override;
+  [[nodiscard]] bool add_start(proto::Scene& scene) const override;
   /// Designs.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 
@@ -46,6 +50,8 @@ class LinkageRecord final
   void on_design(const std::shared_ptr<const session::DesignInfo>& info) override;
 
  private:
+  /// A design that was taken.
+  [[nodiscard]] proto::EditRequest own_edits(std::uint64_t revision) const override;
   void describe(proto::SessionStatus& status) const override;
   void adopt_model() override;
   void welcome_more(const std::string& prefix) override;

@@ -87,20 +87,6 @@ void encode_load(const scene::JointLoad& load, proto::JointLoad& message) {
   message.set_torque(load.torque);
 }
 
-std::shared_ptr<const scene::LinkageErection> decode_erection(const proto::LinkageErection& message,
-                                                              const std::string& field) {
-  auto erection = std::make_shared<scene::LinkageErection>();
-  erection->mean_angle = decode_angle(message.mean_angle_degrees(), field + ".mean_angle_degrees");
-  for (int i = 0; i < message.push_size(); ++i)
-    erection->push.push_back(decode_load(message.push(i), fmt::format("{}.push[{}]", field, i)));
-  for (int i = 0; i < message.path_degrees_size(); ++i) {
-    erection->path.push_back(
-        decode_angle(message.path_degrees(i), fmt::format("{}.path_degrees[{}]", field, i)));
-  }
-  erection->distance = message.distance();
-  return erection;
-}
-
 void encode_conditions(const scene::LinkageConditions& conditions,
                        proto::LinkageConditions& message) {
   for (const auto& pin : conditions.pins) {
@@ -147,6 +133,20 @@ constexpr EnumTable<scene::RestLengthChoice, proto::RestLengths, proto::RestLeng
                  {scene::RestLengthChoice::kLeastStress, proto::REST_LENGTHS_LEAST_STRESS}};
 
 }  // namespace
+
+std::shared_ptr<const scene::LinkageErection> decode_erection(const proto::LinkageErection& message,
+                                                              const std::string& field) {
+  auto erection = std::make_shared<scene::LinkageErection>();
+  erection->mean_angle = decode_angle(message.mean_angle_degrees(), field + ".mean_angle_degrees");
+  for (int i = 0; i < message.push_size(); ++i)
+    erection->push.push_back(decode_load(message.push(i), fmt::format("{}.push[{}]", field, i)));
+  for (int i = 0; i < message.path_degrees_size(); ++i) {
+    erection->path.push_back(
+        decode_angle(message.path_degrees(i), fmt::format("{}.path_degrees[{}]", field, i)));
+  }
+  erection->distance = message.distance();
+  return erection;
+}
 
 proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
   proto::LinkageErection message;

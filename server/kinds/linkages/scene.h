@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -27,6 +28,8 @@ using LineLoader =
 /// A field of the engine's linkage as one of the scene.
 [[nodiscard]] std::string linkage_field_in(const proto::Scene& message, const std::string& field);
 
+[[nodiscard]] std::shared_ptr<const scene::LinkageErection> decode_erection(
+    const proto::LinkageErection& message, const std::string& field);
 [[nodiscard]] proto::LinkageErection encode_erection(const scene::LinkageErection& erection);
 [[nodiscard]] scene::JointPin decode_pin(const proto::JointPin& message, const std::string& field);
 [[nodiscard]] scene::LinkageTarget decode_target(const proto::LinkageTarget& message,

@@ -35,7 +35,7 @@ struct ServerResultWaiters : ::testing::Test {
             const std::string& client = "a") {
     Asked asked{{client, ++last}, new_ticket(client)};
     (void)replies.begin(asked.key, 1, asked.ticket, {});
-    asked.ticket->keep_reply(replies, asked.key);
+    asked.ticket->keep_reply(replies, asked.key, 0);
     waiters.wait(revision, until, timeout_s, asked.ticket);
     return asked;
   }

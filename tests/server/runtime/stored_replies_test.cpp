@@ -113,14 +113,14 @@ TEST_F(ServerStoredReplies, ARequestOfAClientThatIsGoneBelongsToItsRepetition) {
   const auto first = ticket("first"), second = ticket("second");
   const auto hash = content_hash("x");
   EXPECT_EQ(replies.begin({"a", 1}, hash, first, now).verdict, Verdict::kNew);
-  first->keep_reply(replies, {"a", 1});
+  first->keep_reply(replies, {"a", 1}, 0);
   EXPECT_EQ(replies.begin({"a", 1}, hash, second, now).verdict, Verdict::kRunning);
   EXPECT_EQ(first->abandon(), second);
   second->answer({});
   EXPECT_EQ(begin({"a", 1}), Verdict::kAnswered);
   const auto alone = ticket("first");
   EXPECT_EQ(replies.begin({"a", 2}, hash, alone, now).verdict, Verdict::kNew);
-  alone->keep_reply(replies, {"a", 2});
+  alone->keep_reply(replies, {"a", 2}, 0);
   EXPECT_EQ(alone->abandon(), nullptr);
   EXPECT_EQ(begin({"a", 2}), Verdict::kNew);
 }
@@ -129,7 +129,7 @@ TEST_F(ServerStoredReplies, RefusalsBeforeTheWorkBeganAreNotKept) {
   const auto first = ticket("first"), second = ticket("second");
   const auto hash = content_hash("x");
   EXPECT_EQ(replies.begin({"a", 1}, hash, first, now).verdict, Verdict::kNew);
-  first->keep_reply(replies, {"a", 1});
+  first->keep_reply(replies, {"a", 1}, 0);
   EXPECT_EQ(replies.begin({"a", 1}, hash, second, now).verdict, Verdict::kRunning);
   EXPECT_TRUE(first->refuse_unbegun(limit_exceeded("body", "requests", 1, 2)));
   EXPECT_TRUE(second->answered());  // by the same refusal
@@ -137,7 +137,7 @@ TEST_F(ServerStoredReplies, RefusalsBeforeTheWorkBeganAreNotKept) {
   EXPECT_EQ(open.total(), 0u);
   const auto again = ticket("first");
   EXPECT_EQ(replies.begin({"a", 1}, hash, again, now).verdict, Verdict::kNew);
-  again->keep_reply(replies, {"a", 1});
+  again->keep_reply(replies, {"a", 1}, 0);
   again->refuse(limit_exceeded("edits", "constraints", 1, 2));  // by the work itself
   EXPECT_EQ(begin({"a", 1}), Verdict::kAnswered);
 }

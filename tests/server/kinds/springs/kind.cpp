@@ -24,9 +24,9 @@ class ChainOpening final : public Opening {
                                                     JobId open_job) override {
     return record_ = std::make_shared<ChainRecord>(hub, key, name_, chain_, open_job);
   }
-  void start(Hub& hub) override {
+  void start(Hub&, session::Executor executor) override {
     record_->attach(std::make_shared<session::springs::SpringSession>(
-        record_->id(), chain_, hub.session_executor(), record_));
+        record_->id(), chain_, std::move(executor), record_));
   }
 
  private:

@@ -1,0 +1,218 @@
+#include "server/service/kept_sessions.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+#include "server/log/log.h"
+#include "server/runtime/job_guard.h"
+#include "server/service/gated_executor.h"
+#include "server/wire/errors.h"
+
+namespace limber::server {
+namespace {
+
+constexpr std::uint64_t kReplySeconds = 600;
+/// Results that may have been published after the stored one: two hours of iterates.
+constexpr std::uint64_t kSequencesAhead = 1'000'000;
+
+store::OpenedSession opened_session(const Record& record, const proto::Scene& scene) {
+  return {record.key().uid, record.id(), record.kind(), scene.SerializeAsString(),
+          record.status().SerializeAsString()};
+}
+
+}  // namespace
+
+void KeptSessions::recall(StoredReplies& replies) {
+  if (!is_on()) return;
+  runs_ = hub_.store->begin_run(hub_.run.instance);
+  const auto heads = hub_.store->heads();
+  for (const auto& head : heads) {
+    SessionRegistry::Parked parked{{head.name, head.uid}, {}};
+    // What cannot be read is left out of a list.
+    if (!parked.status.ParseFromString(head.status)) parked.status.Clear();
+    parked.status.set_session(head.name);
+    parked.status.set_uid(head.uid);
+    parked.status.set_kind(head.kind);
+    parked.status.set_revision(head.revision);
+    parked.status.set_state(proto::SESSION_STATE_PARKED);
+    parked.status.set_is_stored(true);
+    parked.status.clear_progress();
+    sessions_.park(std::move(parked));
+  }
+  if (!heads.empty()) log::info("{} sessions are in {}", heads.size(), hub_.store->file().string());
+  for (auto& kept : hub_.store->replies(kReplySeconds)) {
+    proto::Reply reply;
+    if (!reply.ParseFromString(kept.reply)) continue;
+    reply.set_instance(hub_.run.instance);
+    replies.recall({kept.client, kept.id}, kept.hash, reply.SerializeAsString(),
+                   StoredReplies::Clock::now());
+  }
+}
+
+void KeptSessions::demand_writable() const {
+  if (!is_on()) return;
+  const std::string fault = hub_.store->fault();
+  if (!fault.empty())
+    throw Error(ErrorCode::kIo, "",
+                fmt::format("nothing was changed, since changes cannot be stored now: {}", fault));
+}
+
+void KeptSessions::write(const SharedTicket& ticket, std::vector<store::Change> changes,
+                         proto::Reply reply, std::function<void()> undo) {
+  if (const RequestKey& key = ticket->request_key(); key.id != 0 && !is_of_connection(key)) {
+    reply.set_version(1);
+    reply.set_id(key.id);
+    changes.emplace_back(
+        store::KeptReply{key.client, key.id, ticket->request_hash(), reply.SerializeAsString()});
+  }
+  hub_.store->append(std::move(changes), [ticket, reply = std::move(reply),
+                                          undo = std::move(undo)](std::exception_ptr fault) {
+    if (!fault) {
+      ticket->answer(reply);
+      return;
+    }
+    if (undo) undo();
+    try {
+      std::rethrow_exception(fault);
+    } catch (const std::exception& why) {
+      ticket->refuse(why);
+    }
+  });
+}
+
+void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Record>& record,
+                          const proto::Scene& scene, proto::Reply reply,
+                          std::function<void()> undo) {
+  write(ticket, {opened_session(*record, scene)}, std::move(reply), std::move(undo));
+}
+
+void KeptSessions::edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
+                          const proto::EditRequest& made, proto::Reply reply) {
+  write(ticket, record.changes_of(revision, made, ticket->request_key().client), std::move(reply));
+}
+
+void KeptSessions::closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply) {
+  write(ticket, {store::ClosedSession{uid}}, std::move(reply));
+}
+
+void KeptSessions::imported(const SharedTicket& ticket, const Record& record,
+                            proto::StoredSession stored, proto::Reply reply,
+                            std::function<void()> undo) {
+  const std::uint64_t uid = record.key().uid;
+  std::vector<store::Change> changes{opened_session(record, stored.scene())};
+  for (const auto& edit : stored.edits())
+    changes.emplace_back(store::EditedSession{uid, edit.revision(), edit.SerializeAsString()});
+  write(ticket, std::move(changes), std::move(reply), std::move(undo));
+  if (stored.has_answer()) hub_.store->keep_answer(uid, stored.answer().SerializeAsString());
+}
+
+std::shared_ptr<Record> KeptSessions::find(const std::string& reference) {
+  (void)SessionKey::parse(reference);
+  while (const auto parked = sessions_.parked(reference)) {
+    std::unique_lock lock(mutex_);
+    if (!coming_.insert(parked->key.name).second) {
+      brought_back_.wait(lock);
+      continue;
+    }
+    lock.unlock();
+    const auto leave = [&] {
+      const std::lock_guard again(mutex_);
+      coming_.erase(parked->key.name);
+      brought_back_.notify_all();
+    };
+    try {
+      bring_back(*parked);
+    } catch (...) {
+      leave();
+      throw;
+    }
+    leave();
+  }
+  return sessions_.find(reference);
+}
+
+void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
+  // Another thread was quicker.
+  if (!sessions_.parked(parked.key.reference())) return;
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    (void)restore(parked.key, hub_.store->load(parked.key.uid));
+  } catch (const Refusal& refusal) {
+    if (refusal.code() == proto::ERROR_CODE_LIMIT_EXCEEDED) throw;
+    throw Error(ErrorCode::kIo, "session",
+                fmt::format("session '{}' is stored and could not be brought back: {}",
+                            parked.key.name, refusal.what()));
+  } catch (const Error& fault) {
+    throw Error(ErrorCode::kIo, "session",
+                fmt::format("session '{}' is stored and could not be brought back: {}",
+                            parked.key.name, fault.what()));
+  }
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  log::info("session {} is back after {:.1f} ms", parked.key.name, took.count());
+}
+
+std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
+                                              const proto::StoredSession& stored) {
+  const Kind& kind = kinds_.of(stored.scene(), "scene");
+  proto::Scene scene = stored.scene();
+  if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
+  const std::unique_ptr<Opening> opening = kind.read(scene, scenes_);
+  const JobId job = hub_.jobs.start("open_session", key.name, [this, reference = key.reference()] {
+    try {
+      sessions_.find(reference)->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling {}: {}", reference, fault.what());
+    }
+  });
+  JobGuard guard(hub_.jobs, job);
+  const auto record = opening->make_record(hub_, key, job);
+  if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
+  // The first solve finds all edits made.
+  GatedExecutor gate(hub_.session_executor());
+  try {
+    opening->start(hub_, gate.executor());
+    for (const auto& edit : stored.edits()) {
+      proto::EditRequest request;
+      request.set_session(key.reference());
+      *request.mutable_edits() = edit.edits();
+      if (record->edit(request).revision() != edit.revision())
+        throw Error(ErrorCode::kIo, "session",
+                    fmt::format("edit {} is missing in what is stored", edit.revision()));
+    }
+    if (stored.edits_size() > 0)
+      record->note_stored(stored.edits(stored.edits_size() - 1).revision());
+    for (const auto& failed : sessions_.put(record)) give_way(*failed);
+  } catch (const std::exception& fault) {
+    gate.open();
+    try {
+      record->close();
+    } catch (const std::exception&) {  // it was not even made
+    }
+    guard.fail(fault);
+    throw;
+  }
+  guard.release();
+  gate.open();
+  return record;
+}
+
+void KeptSessions::give_way(Record& record) {
+  try {
+    record.close();
+    log::info("session {} gave its place to another", record.id());
+  } catch (const std::exception& fault) {  // a client was quicker
+    log::debug("closing {}: {}", record.id(), fault.what());
+  }
+  if (is_on()) hub_.store->append({store::ClosedSession{record.key().uid}}, nullptr);
+}
+
+proto::StoredSession KeptSessions::load(const std::string& reference) {
+  const auto parked = sessions_.parked(reference);
+  const std::uint64_t uid = parked ? parked->key.uid : sessions_.find(reference)->key().uid;
+  hub_.store->flush();
+  return hub_.store->load(uid);
+}
+
+}  // namespace limber::server

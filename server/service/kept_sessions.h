@@ -1,0 +1,77 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "limber/v1/stored.pb.h"
+#include "server/kinds/registry.h"
+#include "server/runtime/stored_replies.h"
+#include "server/runtime/ticket.h"
+#include "server/service/session_registry.h"
+
+namespace limber::server {
+
+/// Sessions and the store of the server: what is written of requests that change a session, before
+/// they are acknowledged, and how a session comes back. Of servers without a store, it does
+/// nothing. Thread-safe.
+class KeptSessions {
+ public:
+  KeptSessions(Hub& hub, const Kinds& kinds, const SceneContext& scenes, SessionRegistry& sessions)
+      : hub_(hub), kinds_(kinds), scenes_(scenes), sessions_(sessions) {}
+
+  [[nodiscard]] bool is_on() const { return hub_.store != nullptr; }
+  /// At the start: stored sessions are parked, and replies of before are known again.
+  void recall(StoredReplies& replies);
+  /// Whether a server of this instance had these sessions before: what a client says of its
+  /// sessions is true of this one's, too.
+  [[nodiscard]] bool had(const std::string& instance) const { return runs_.contains(instance); }
+  /// Before a change is made. @throws Error{kIo} while the store cannot be written
+  void demand_writable() const;
+
+  /// Of a change that was made: it is written, and then answered. Where it could not be written,
+  /// the answer says so.
+  /// @param undo  called where a session that was opened could not be written
+  void opened(const SharedTicket& ticket, const std::shared_ptr<Record>& record,
+              const proto::Scene& scene, proto::Reply reply, std::function<void()> undo);
+  /// @param made  what the record says of it; with its edit_order()
+  void edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
+              const proto::EditRequest& made, proto::Reply reply);
+  void closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply);
+
+  /// A session that has to go for another: it is closed.
+  void give_way(Record& record);
+
+  /// The session of a reference, brought back if it was parked: its scene is read, its edits are
+  /// made again, and its model is built behind that.
+  /// @throws as SessionRegistry::find(); Error{kIo, "session"} where what is stored cannot be read
+  [[nodiscard]] std::shared_ptr<Record> find(const std::string& reference);
+  /// A session as one message. @throws as find()
+  [[nodiscard]] proto::StoredSession load(const std::string& reference);
+  /// Makes a session of a stored one, under a name that is reserved for it.
+  [[nodiscard]] std::shared_ptr<Record> restore(const SessionKey& key,
+                                                const proto::StoredSession& stored);
+  /// Writes all of a session that was restored from a file.
+  void imported(const SharedTicket& ticket, const Record& record, proto::StoredSession stored,
+                proto::Reply reply, std::function<void()> undo);
+
+ private:
+  void write(const SharedTicket& ticket, std::vector<store::Change> changes, proto::Reply reply,
+             std::function<void()> undo = nullptr);
+  void bring_back(const SessionRegistry::Parked& parked);
+
+  Hub& hub_;
+  const Kinds& kinds_;
+  const SceneContext& scenes_;
+  SessionRegistry& sessions_;
+  std::set<std::string> runs_;  // instances of before
+  std::mutex mutex_;
+  std::condition_variable brought_back_;
+  std::set<std::string> coming_;  // names of sessions that some thread is bringing back
+};
+
+}  // namespace limber::server

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+namespace limber::server::store {
+
+/// What is written of sessions. Messages are given as bytes, their types in proto/.
+
+/// A session that was opened; another one of its name goes.
+struct OpenedSession {
+  std::uint64_t uid = 0;
+  std::string name, kind;
+  std::string scene;   // Scene
+  std::string status;  // SessionStatus, for lists
+};
+/// An accepted request of edits.
+struct EditedSession {
+  std::uint64_t uid = 0, revision = 0;
+  std::string edit;  // StoredEdit
+};
+struct ClosedSession {
+  std::uint64_t uid = 0;
+};
+/// The reply to a request that changed something: a repetition gets it again.
+struct KeptReply {
+  std::string client;
+  std::uint64_t id = 0, hash = 0;
+  std::string reply;  // Reply
+};
+/// A server that has the store.
+struct StartedRun {
+  std::string instance;
+};
+using Change = std::variant<OpenedSession, EditedSession, ClosedSession, KeptReply, StartedRun>;
+
+/// What a session has when the server starts, without what is long.
+struct StoredHead {
+  std::uint64_t uid = 0, revision = 0;
+  std::string name, kind, status;
+  std::uint64_t touched_s = 0;  // when it was last changed [s since 1970]
+};
+
+}  // namespace limber::server::store

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+
+namespace limber::server::store {
+
+/// What an acknowledged change outlives.
+enum class Durability {
+  kProcess,  // the end of the process, kill -9 included: written, left to the system to sync
+  kPower,    // the end of the machine, too: synced before it is acknowledged
+};
+
+struct StoreOptions {
+  std::filesystem::path folder;
+  Durability durability = Durability::kPower;
+  /// Of the file, at most; changes beyond it are refused. 0: what the disk holds.
+  std::uint64_t bytes = 0;
+  /// Sessions that nobody has asked for so long are removed; 0: none.
+  std::chrono::seconds retain{0};
+  /// Between attempts to write what could not be written.
+  std::chrono::milliseconds retry{500};
+
+  [[nodiscard]] std::filesystem::path file() const { return folder / "sessions.sqlite"; }
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+}  // namespace limber::server::store

@@ -1,0 +1,101 @@
+#include "server/store/sqlite.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include "engine/base/error.h"
+
+namespace limber::server::store {
+namespace {
+
+Error fault(const std::string& file, sqlite3* handle, int code) {
+  const char* const text = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
+  return {ErrorCode::kIo, "", fmt::format("the store {}: {}", file, text)};
+}
+
+}  // namespace
+
+void Database::Close::operator()(sqlite3* handle) const noexcept { sqlite3_close_v2(handle); }
+
+Database::Database(const std::filesystem::path& file, Access access) : file_(file) {
+  const int flags =
+      access == Access::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  sqlite3* handle = nullptr;
+  // A mutex of SQLite's own is not needed: one thread at a time.
+  const int code = sqlite3_open_v2(file.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  handle_.reset(handle);
+  if (code != SQLITE_OK) throw fault(file.string(), handle, code);
+  sqlite3_extended_result_codes(handle, 1);
+  sqlite3_busy_timeout(handle, 5000);
+}
+
+void Database::run(const char* sql) {
+  const int code = sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr);
+  if (code != SQLITE_OK) throw fault(file_.string(), handle_.get(), code);
+}
+
+Statement Database::prepare(const char* sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v2(handle_.get(), sql, -1, &statement, nullptr);
+  if (code != SQLITE_OK) throw fault(file_.string(), handle_.get(), code);
+  return {handle_.get(), statement, file_.string()};
+}
+
+void Database::roll_back() noexcept {
+  if (sqlite3_get_autocommit(handle_.get()) == 0)
+    sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Statement::Finalise::operator()(sqlite3_stmt* statement) const noexcept {
+  sqlite3_finalize(statement);
+}
+
+void Statement::demand(int code) const {
+  if (code != SQLITE_OK) throw fault(file_, handle_, code);
+}
+
+Statement& Statement::again() {
+  sqlite3_reset(statement_.get());
+  sqlite3_clear_bindings(statement_.get());
+  bound_ = 0;
+  return *this;
+}
+
+Statement& Statement::bind(std::uint64_t value) {
+  // Bit for bit: SQLite's integers have a sign.
+  demand(sqlite3_bind_int64(statement_.get(), ++bound_, static_cast<sqlite3_int64>(value)));
+  return *this;
+}
+
+Statement& Statement::bind_text(std::string_view text) {
+  demand(sqlite3_bind_text64(statement_.get(), ++bound_, text.data(), text.size(), SQLITE_STATIC,
+                             SQLITE_UTF8));
+  return *this;
+}
+
+Statement& Statement::bind_bytes(std::string_view bytes) {
+  // A null pointer would be NULL, no empty value.
+  demand(bytes.empty() ? sqlite3_bind_zeroblob(statement_.get(), ++bound_, 0)
+                       : sqlite3_bind_blob64(statement_.get(), ++bound_, bytes.data(), bytes.size(),
+                                             SQLITE_STATIC));
+  return *this;
+}
+
+bool Statement::step() {
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  throw fault(file_, handle_, code);
+}
+
+std::uint64_t Statement::number(int column) const {
+  return static_cast<std::uint64_t>(sqlite3_column_int64(statement_.get(), column));
+}
+
+std::string Statement::bytes(int column) const {
+  const void* const data = sqlite3_column_blob(statement_.get(), column);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
+  return size == 0 ? std::string() : std::string(static_cast<const char*>(data), size);
+}
+
+}  // namespace limber::server::store

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace limber::server::store {
+
+class Statement;
+
+/// One connection to a file of SQLite. Used by one thread at a time.
+class Database {
+ public:
+  enum class Access { kRead, kWrite };
+
+  /// Makes the file where there is none, for kWrite.
+  /// @throws Error{kIo} naming the file
+  Database(const std::filesystem::path& file, Access access);
+
+  /// Statements without values. @throws Error{kIo}
+  void run(const char* sql);
+  [[nodiscard]] Statement prepare(const char* sql);
+  /// Undoes what was begun; does nothing where nothing was.
+  void roll_back() noexcept;
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* handle) const noexcept;
+  };
+
+  std::filesystem::path file_;
+  std::unique_ptr<sqlite3, Close> handle_;
+};
+
+/// A prepared statement. Values are bound in order, from the first; rows are read as they come.
+/// Must not outlive its database.
+class Statement {
+ public:
+  Statement(sqlite3* handle, sqlite3_stmt* statement, std::string file)
+      : handle_(handle), statement_(statement), file_(std::move(file)) {}
+
+  /// From the beginning, without values.
+  Statement& again();
+  Statement& bind(std::uint64_t value);
+  /// @pre the bytes live until the statement has run
+  Statement& bind_text(std::string_view text);
+  Statement& bind_bytes(std::string_view bytes);
+  /// @returns whether there is a row, or another one. @throws Error{kIo}
+  bool step();
+
+  [[nodiscard]] std::uint64_t number(int column) const;
+  [[nodiscard]] std::string bytes(int column) const;
+
+ private:
+  struct Finalise {
+    void operator()(sqlite3_stmt* statement) const noexcept;
+  };
+
+  void demand(int code) const;
+
+  sqlite3* handle_;
+  std::unique_ptr<sqlite3_stmt, Finalise> statement_;
+  std::string file_;
+  int bound_ = 0;
+};
+
+}  // namespace limber::server::store

@@ -1,0 +1,257 @@
+#include "server/store/store.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "server/log/log.h"
+#include "server/store/writer.h"
+
+namespace limber::server::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::uint64_t size_of(const fs::path& file) {
+  std::error_code none;
+  const auto size = fs::file_size(file, none);
+  return none ? 0 : size;
+}
+
+StoreOptions validated(StoreOptions options) {
+  options.validate();
+  return options;
+}
+
+std::exception_ptr not_written(const std::string& fault) {
+  return std::make_exception_ptr(Error(
+      ErrorCode::kIo, "",
+      fmt::format("the change is made, but it could not be stored, and would be lost with the "
+                  "server: {}",
+                  fault)));
+}
+
+}  // namespace
+
+/// The folder is this process's: two servers would write different sessions of one name.
+struct Store::Lock {
+  explicit Lock(const fs::path& folder) {
+    std::error_code fault;
+    fs::create_directories(folder, fault);
+    if (fault)
+      throw Error(
+          ErrorCode::kIo, "folder",
+          fmt::format("the folder {} cannot be made: {}", folder.string(), fault.message()));
+    const fs::path file = folder / "lock";
+    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (descriptor < 0)
+      throw Error(ErrorCode::kIo, "folder",
+                  fmt::format("{} cannot be written: {}", file.string(), std::strerror(errno)));
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+      ::close(descriptor);
+      throw Error(ErrorCode::kFailedPrecondition, "folder",
+                  fmt::format("another server has the folder {}", folder.string()));
+    }
+  }
+  ~Lock() { ::close(descriptor); }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+  int descriptor = -1;
+};
+
+Store::Store(StoreOptions options)
+    : options_(validated(std::move(options))),
+      lock_(std::make_unique<Lock>(options_.folder)),
+      writer_(std::make_unique<Writer>(options_)),
+      thread_([this] { write_all(); }) {
+  reader_.emplace(file(), Database::Access::kRead);
+}
+
+Store::~Store() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+fs::path Store::file() const { return options_.file(); }
+
+void Store::append(std::vector<Change> changes, Done done) {
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.batches.push_back({std::move(changes), std::move(done)});
+  }
+  changed_.notify_all();
+}
+
+void Store::keep_answer(std::uint64_t uid, std::string answer) {
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.answers.insert_or_assign(uid, std::move(answer));
+  }
+  changed_.notify_all();
+}
+
+void Store::flush() {
+  std::unique_lock lock(mutex_);
+  idle_.wait(lock, [this] {
+    const bool is_idle = waiting_.batches.empty() && waiting_.answers.empty() && !is_writing_;
+    return is_idle || !fault_.empty();
+  });
+}
+
+/// Changes stay in `work` until they are written; who waits for them is told once.
+void Store::write_all() {
+  Work work;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    const auto has_news = [this] {
+      return is_ending_ || !waiting_.batches.empty() || !waiting_.answers.empty();
+    };
+    const bool is_behind = !work.batches.empty() || !work.answers.empty();
+    if (!is_behind) {
+      changed_.wait(lock, has_news);
+    } else if (!is_ending_) {
+      changed_.wait_for(lock, options_.retry, [this] { return is_ending_; });
+    }
+    for (Batch& batch : waiting_.batches) work.batches.push_back(std::move(batch));
+    waiting_.batches.clear();
+    for (auto& [uid, answer] : waiting_.answers)
+      work.answers.insert_or_assign(uid, std::move(answer));
+    waiting_.answers.clear();
+    if (work.batches.empty() && work.answers.empty()) {
+      if (is_ending_) return;
+      continue;
+    }
+    const bool is_last = is_ending_;
+    is_writing_ = true;
+    lock.unlock();
+    std::string fault;
+    std::size_t changes = work.answers.size();
+    try {
+      writer_->begin();
+      for (const Batch& batch : work.batches) {
+        for (const Change& change : batch.changes) writer_->write(change);
+        changes += batch.changes.size();
+      }
+      for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer);
+      writer_->commit();
+    } catch (const std::exception& error) {
+      writer_->roll_back();
+      fault = error.what();
+    }
+    // Before anybody learns of it: what is refused from now on is so for this reason.
+    fault.empty() ? note_written(changes) : note_fault(fault);
+    for (Batch& batch : work.batches) {
+      if (const Done done = std::exchange(batch.done, nullptr)) {
+        done(fault.empty() ? nullptr : not_written(fault));
+      }
+    }
+    if (fault.empty()) work = {};
+    lock.lock();
+    is_writing_ = false;
+    idle_.notify_all();
+    if (!fault.empty() && is_last) {
+      log::error("{} changes of sessions are lost: {}", changes, fault);
+      return;
+    }
+  }
+}
+
+void Store::note_written(std::size_t changes) {
+  const std::lock_guard lock(mutex_);
+  ++commits_;
+  changes_ += changes;
+  if (fault_.empty()) return;
+  log::info("the store can be written again");
+  fault_.clear();
+}
+
+void Store::note_fault(const std::string& fault) {
+  const std::lock_guard lock(mutex_);
+  if (fault != fault_) log::error("changes of sessions cannot be stored: {}", fault);
+  fault_ = fault;
+}
+
+std::string Store::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
+}
+
+std::vector<StoredHead> Store::heads() {
+  const std::lock_guard lock(reading_);
+  std::vector<StoredHead> heads;
+  auto rows = reader_->prepare(
+      "SELECT uid, revision, name, kind, status, touched FROM sessions ORDER BY touched");
+  while (rows.step())
+    heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3), rows.bytes(4),
+                     rows.number(5)});
+  return heads;
+}
+
+proto::StoredSession Store::load(std::uint64_t uid) {
+  const std::lock_guard lock(reading_);
+  const auto parse = [&](google::protobuf::Message& message, const std::string& bytes) {
+    if (!message.ParseFromString(bytes))
+      throw Error(ErrorCode::kIo, "session",
+                  fmt::format("a row of the store {} is damaged", file().string()));
+  };
+  proto::StoredSession stored;
+  auto head = reader_->prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
+  if (!head.bind(uid).step())
+    throw Error(ErrorCode::kNotFound, "session", "the session is not in the store any more");
+  stored.set_version(1);
+  stored.set_uid(uid);
+  stored.set_session(head.bytes(0));
+  stored.set_kind(head.bytes(1));
+  parse(*stored.mutable_scene(), head.bytes(2));
+  auto edits = reader_->prepare("SELECT edit FROM edits WHERE uid = ? ORDER BY revision");
+  edits.bind(uid);
+  while (edits.step()) parse(*stored.add_edits(), edits.bytes(0));
+  auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
+  if (answer.bind(uid).step()) parse(*stored.mutable_answer(), answer.bytes(0));
+  return stored;
+}
+
+std::set<std::string> Store::begin_run(const std::string& instance) {
+  append({StartedRun{instance}}, nullptr);
+  const std::lock_guard lock(reading_);
+  std::set<std::string> before;
+  auto rows = reader_->prepare("SELECT instance FROM runs WHERE instance != ?");
+  rows.bind_text(instance);
+  while (rows.step()) before.insert(rows.bytes(0));
+  return before;
+}
+
+std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
+  const std::lock_guard lock(reading_);
+  std::vector<KeptReply> replies;
+  auto rows = reader_->prepare(
+      "SELECT client, id, hash, reply FROM replies WHERE at >= strftime('%s', 'now') - ? ORDER BY "
+      "at");
+  rows.bind(seconds);
+  while (rows.step())
+    replies.push_back({rows.bytes(0), rows.number(1), rows.number(2), rows.bytes(3)});
+  return replies;
+}
+
+Store::Counts Store::counts() const {
+  const fs::path file = this->file();
+  fs::path log = file;
+  log += "-wal";
+  const std::uint64_t bytes = size_of(file) + size_of(log);
+  const std::lock_guard lock(mutex_);
+  return {bytes, commits_, changes_};
+}
+
+}  // namespace limber::server::store

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "limber/v1/stored.pb.h"
+#include "server/store/changes.h"
+#include "server/store/options.h"
+#include "server/store/sqlite.h"
+
+namespace limber::server::store {
+
+namespace proto = limber::v1;
+class Writer;
+
+/// The sessions of a server in one file (SQLite, write-ahead log), so that they outlive it.
+/// Thread-safe.
+///
+/// Changes are written in the order in which they came, by a thread of the store's own; those that
+/// wait together are one transaction and one sync. Where that fails, all of it is kept and tried
+/// again until it succeeds; those that wait for it learn why at once.
+class Store {
+ public:
+  /// Called once, by the store's thread: null once what was given is written for good, else why it
+  /// is not yet.
+  using Done = std::function<void(std::exception_ptr fault)>;
+
+  /// Opens or makes the file, and begins to write. One server at a time has a folder.
+  /// @throws Error{kIo} naming the folder or file; {kFailedPrecondition, "folder"} where another
+  /// server has it or its file is of a newer form
+  explicit Store(StoreOptions options);
+  ~Store();  // writes what waits; what cannot be written is lost, and the log says so
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  void append(std::vector<Change> changes, Done done);
+  /// The newest answer of a session (StoredAnswer): replaces the one that waits or is stored.
+  void keep_answer(std::uint64_t uid, std::string answer);
+  /// Returns when all that was given is written, or could not be.
+  void flush();
+
+  /// Why changes cannot be written now; empty: they can.
+  [[nodiscard]] std::string fault() const;
+  [[nodiscard]] std::vector<StoredHead> heads();
+  /// @throws Error{kNotFound, "session"}; {kIo} where it cannot be read
+  [[nodiscard]] proto::StoredSession load(std::uint64_t uid);
+  /// Notes that a server of this instance has the folder. @returns those that had it before
+  [[nodiscard]] std::set<std::string> begin_run(const std::string& instance);
+  /// Replies that are younger than so many seconds.
+  [[nodiscard]] std::vector<KeptReply> replies(std::uint64_t seconds);
+
+  struct Counts {
+    std::uint64_t bytes = 0;  // of the file and its log
+    std::uint64_t commits = 0, changes = 0;
+  };
+  [[nodiscard]] Counts counts() const;
+  [[nodiscard]] std::filesystem::path file() const;
+
+ private:
+  struct Batch {
+    std::vector<Change> changes;
+    Done done;
+  };
+  struct Work {
+    std::deque<Batch> batches;
+    std::map<std::uint64_t, std::string> answers;
+  };
+
+  void write_all();
+  void note_written(std::size_t changes);
+  void note_fault(const std::string& fault);
+
+  const StoreOptions options_;
+  struct Lock;
+  const std::unique_ptr<Lock> lock_;  // of the folder
+  std::unique_ptr<Writer> writer_;
+  std::mutex reading_;
+  std::optional<Database> reader_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_, idle_;
+  Work waiting_;
+  bool is_ending_ = false, is_writing_ = false;
+  std::string fault_;
+  std::uint64_t commits_ = 0, changes_ = 0;
+  std::thread thread_;  // last: it uses the rest
+};
+
+}  // namespace limber::server::store

@@ -1,0 +1,157 @@
+#include "server/store/writer.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <variant>
+
+#include "engine/base/error.h"
+
+namespace limber::server::store {
+namespace {
+
+constexpr std::uint64_t kForm = 1;  // of the tables
+constexpr std::uint64_t kReplySeconds = 600;
+
+std::uint64_t now_s() {
+  const auto since = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::seconds>(since).count());
+}
+
+}  // namespace
+
+Writer::Writer(const StoreOptions& options)
+    : options_(options), database_(options.file(), Database::Access::kWrite) {
+  database_.run("PRAGMA journal_mode = WAL");
+  database_.run(options.durability == Durability::kPower ? "PRAGMA synchronous = FULL"
+                                                         : "PRAGMA synchronous = NORMAL");
+  database_.run("PRAGMA auto_vacuum = INCREMENTAL");
+  if (options.bytes > 0) {
+    auto size = database_.prepare("PRAGMA page_size");
+    if (size.step())
+      database_.run(
+          fmt::format("PRAGMA max_page_count = {}", options.bytes / size.number(0) + 1).c_str());
+  }
+  database_.run(
+      "BEGIN IMMEDIATE;"
+      "CREATE TABLE IF NOT EXISTS form(version INTEGER NOT NULL);"
+      "CREATE TABLE IF NOT EXISTS sessions(uid INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE,"
+      " kind TEXT NOT NULL, scene BLOB NOT NULL, status BLOB NOT NULL, revision INTEGER NOT NULL,"
+      " touched INTEGER NOT NULL);"
+      "CREATE TABLE IF NOT EXISTS edits(uid INTEGER NOT NULL, revision INTEGER NOT NULL,"
+      " edit BLOB NOT NULL, PRIMARY KEY(uid, revision)) WITHOUT ROWID;"
+      "CREATE TABLE IF NOT EXISTS answers(uid INTEGER PRIMARY KEY, answer BLOB NOT NULL);"
+      "CREATE TABLE IF NOT EXISTS runs(instance TEXT PRIMARY KEY, at INTEGER NOT NULL);"
+      "CREATE TABLE IF NOT EXISTS replies(client TEXT NOT NULL, id INTEGER NOT NULL,"
+      " hash INTEGER NOT NULL, at INTEGER NOT NULL, reply BLOB NOT NULL,"
+      " PRIMARY KEY(client, id)) WITHOUT ROWID;"
+      "COMMIT");
+  auto form = database_.prepare("SELECT version FROM form");
+  if (!form.step()) {
+    database_.run(fmt::format("INSERT INTO form VALUES({})", kForm).c_str());
+  } else if (form.number(0) != kForm) {
+    throw Error(ErrorCode::kFailedPrecondition, "folder",
+                fmt::format("{} is of form {}; this server reads form {}",
+                            database_.file().string(), form.number(0), kForm));
+  }
+  prepare();
+  forget_old();
+}
+
+void Writer::prepare() {
+  const auto sql = [this](const char* text) { return database_.prepare(text); };
+  statements_.emplace(Statements{
+      sql("INSERT OR REPLACE INTO sessions VALUES(?, ?, ?, ?, ?, 0, ?)"),
+      sql("INSERT OR REPLACE INTO edits VALUES(?, ?, ?)"),
+      sql("UPDATE sessions SET revision = ?, touched = ? WHERE uid = ?"),
+      sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
+          " (SELECT 1 FROM sessions WHERE uid = ?)"),
+      sql("INSERT OR REPLACE INTO replies VALUES(?, ?, ?, ?, ?)"),
+      sql("SELECT uid FROM sessions WHERE name = ?"), sql("DELETE FROM sessions WHERE uid = ?"),
+      sql("DELETE FROM edits WHERE uid = ?"), sql("DELETE FROM answers WHERE uid = ?")});
+}
+
+void Writer::begin() { database_.run("BEGIN IMMEDIATE"); }
+void Writer::commit() { database_.run("COMMIT"); }
+
+void Writer::write(const Change& change) {
+  std::visit([this](const auto& one) { take(one); }, change);
+}
+
+void Writer::remove(std::uint64_t uid) {
+  statements_->forget_session.again().bind(uid).step();
+  statements_->forget_edits.again().bind(uid).step();
+  statements_->forget_answer.again().bind(uid).step();
+}
+
+void Writer::take(const OpenedSession& opened) {
+  // One of its name is there where that failed to be built, and nobody closed it.
+  std::uint64_t other = 0;
+  if (auto& find = statements_->find.again().bind_text(opened.name); find.step())
+    other = find.number(0);
+  statements_->find.again();
+  if (other != 0) remove(other);
+  statements_->open.again()
+      .bind(opened.uid)
+      .bind_text(opened.name)
+      .bind_text(opened.kind)
+      .bind_bytes(opened.scene)
+      .bind_bytes(opened.status)
+      .bind(now_s())
+      .step();
+}
+
+void Writer::take(const EditedSession& edited) {
+  statements_->edit.again().bind(edited.uid).bind(edited.revision).bind_bytes(edited.edit).step();
+  statements_->touch.again().bind(edited.revision).bind(now_s()).bind(edited.uid).step();
+}
+
+void Writer::take(const ClosedSession& closed) { remove(closed.uid); }
+
+void Writer::take(const KeptReply& reply) {
+  statements_->reply.again()
+      .bind_text(reply.client)
+      .bind(reply.id)
+      .bind(reply.hash)
+      .bind(now_s())
+      .bind_bytes(reply.reply)
+      .step();
+}
+
+void Writer::take(const StartedRun& run) {
+  auto note = database_.prepare("INSERT OR REPLACE INTO runs VALUES(?, ?)");
+  note.bind_text(run.instance).bind(now_s()).step();
+  // So many that a client finds its own among them, were it away for years.
+  database_.run(
+      "DELETE FROM runs WHERE instance NOT IN (SELECT instance FROM runs ORDER BY at DESC LIMIT "
+      "10000)");
+}
+
+void Writer::write_answer(std::uint64_t uid, const std::string& answer) {
+  statements_->answer.again().bind(uid).bind_bytes(answer).bind(uid).step();
+}
+
+void Writer::forget_old() {
+  const std::uint64_t now = now_s();
+  begin();
+  try {
+    auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
+    replies.bind(now - kReplySeconds).step();
+    // Of edits that were made while their session was being closed.
+    database_.run("DELETE FROM edits WHERE uid NOT IN (SELECT uid FROM sessions)");
+    if (const auto retain = static_cast<std::uint64_t>(options_.retain.count()); retain > 0) {
+      for (const char* const sql :
+           {"DELETE FROM edits WHERE uid IN (SELECT uid FROM sessions WHERE touched < ?)",
+            "DELETE FROM answers WHERE uid IN (SELECT uid FROM sessions WHERE touched < ?)",
+            "DELETE FROM sessions WHERE touched < ?"})
+        database_.prepare(sql).bind(now - retain).step();
+    }
+    commit();
+  } catch (...) {
+    roll_back();
+    throw;
+  }
+}
+
+}  // namespace limber::server::store

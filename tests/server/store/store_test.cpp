@@ -1,0 +1,215 @@
+#include "server/store/store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <future>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "server/store/sqlite.h"
+
+namespace limber::server::store {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class StoreTest : public ::testing::Test {
+ protected:
+  StoreTest() { fs::remove_all(options_.folder); }
+  ~StoreTest() override { fs::remove_all(options_.folder); }
+
+  static OpenedSession opened(std::uint64_t uid, const std::string& name) {
+    proto::Scene scene;
+    scene.set_name("scene of " + name);
+    return {uid, name, "bodies", scene.SerializeAsString(), "status"};
+  }
+  static EditedSession edited(std::uint64_t uid, std::uint64_t revision) {
+    proto::StoredEdit edit;
+    edit.set_revision(revision);
+    edit.add_edits()->mutable_undo();
+    return {uid, revision, edit.SerializeAsString()};
+  }
+  /// Returns once it is written; throws why it is not.
+  static void write(Store& store, std::vector<Change> changes) {
+    std::promise<void> written;
+    store.append(std::move(changes), [&](const std::exception_ptr& fault) {
+      fault ? written.set_exception(fault) : written.set_value();
+    });
+    written.get_future().get();
+  }
+
+  StoreOptions options_{fs::temp_directory_path() / ("store_test_" + std::to_string(::getpid()))};
+};
+
+TEST_F(StoreTest, SessionsAreThereAgain) {
+  {
+    Store store(options_);
+    write(store, {opened(7, "flower"), edited(7, 1)});
+    write(store, {edited(7, 2)});
+    store.keep_answer(7, [] {
+      proto::StoredAnswer answer;
+      answer.set_sequence(12);
+      return answer.SerializeAsString();
+    }());
+  }
+  Store store(options_);
+  const auto heads = store.heads();
+  ASSERT_EQ(heads.size(), 1U);
+  EXPECT_EQ(heads[0].uid, 7U);
+  EXPECT_EQ(heads[0].revision, 2U);
+  EXPECT_EQ(heads[0].name, "flower");
+  EXPECT_EQ(heads[0].status, "status");
+  const proto::StoredSession session = store.load(7);
+  EXPECT_EQ(session.scene().name(), "scene of flower");
+  ASSERT_EQ(session.edits_size(), 2);
+  EXPECT_EQ(session.edits(1).revision(), 2U);
+  EXPECT_EQ(session.answer().sequence(), 12U);
+}
+
+TEST_F(StoreTest, OfAnswersTheNewestStays) {
+  Store store(options_);
+  write(store, {opened(7, "flower")});
+  for (std::uint64_t sequence = 1; sequence <= 100; ++sequence) {
+    proto::StoredAnswer answer;
+    answer.set_sequence(sequence);
+    store.keep_answer(7, answer.SerializeAsString());
+  }
+  store.flush();
+  EXPECT_EQ(store.load(7).answer().sequence(), 100U);
+}
+
+TEST_F(StoreTest, AClosedSessionLeavesNothing) {
+  Store store(options_);
+  write(store, {opened(7, "flower"), edited(7, 1)});
+  write(store, {ClosedSession{7}});
+  // Those that came too late are of nothing.
+  store.keep_answer(7, "");
+  write(store, {edited(7, 2)});
+  EXPECT_THAT(store.heads(), IsEmpty());
+  EXPECT_THROW((void)store.load(7), Error);
+}
+
+TEST_F(StoreTest, ANameIsOfTheNewestSession) {
+  Store store(options_);
+  write(store, {opened(7, "flower"), edited(7, 1), opened(8, "flower")});
+  ASSERT_EQ(store.heads().size(), 1U);
+  EXPECT_EQ(store.heads()[0].uid, 8U);
+  EXPECT_EQ(store.load(8).edits_size(), 0);
+}
+
+TEST_F(StoreTest, WhatWaitsTogetherIsOneCommit) {
+  Store store(options_);
+  constexpr int kThreads = 8, kEach = 200;
+  std::atomic<int> written{0};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      const auto uid = static_cast<std::uint64_t>(t + 1);
+      store.append({opened(uid, "s" + std::to_string(t))}, nullptr);
+      for (std::uint64_t i = 1; i <= kEach; ++i)
+        store.append({edited(uid, i)}, [&](const std::exception_ptr& fault) { written += !fault; });
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  store.flush();
+  EXPECT_EQ(written, kThreads * kEach);
+  EXPECT_EQ(store.counts().changes, static_cast<std::uint64_t>(kThreads * (kEach + 1)));
+  EXPECT_LT(store.counts().commits, static_cast<std::uint64_t>(kThreads * kEach) / 4);
+  for (std::uint64_t uid = 1; uid <= kThreads; ++uid)
+    EXPECT_EQ(store.load(uid).edits_size(), kEach);
+}
+
+TEST_F(StoreTest, AFullFileIsSaidOnceToEveryWriterAndNothingIsLost) {
+  options_.bytes = 100'000;
+  {
+    Store store(options_);
+    write(store, {opened(7, "flower")});
+    std::uint64_t stored = 0;
+    const std::string large(20'000, 'x');
+    proto::StoredEdit edit;
+    edit.add_edits()->mutable_add_keyframe()->mutable_keyframe()->mutable_file()->set_content(
+        large);
+    try {
+      while (stored < 100) {
+        edit.set_revision(stored + 1);
+        write(store, {EditedSession{7, stored + 1, edit.SerializeAsString()}});
+        ++stored;
+      }
+      FAIL() << "the file has room without end";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kIo);
+      EXPECT_THAT(error.what(), HasSubstr("full"));
+    }
+    EXPECT_GT(stored, 0U);
+    EXPECT_THAT(store.fault(), HasSubstr("full"));
+    EXPECT_EQ(store.load(7).edits_size(), static_cast<int>(stored));
+    // Room is made: what waits is written with it.
+    std::promise<void> closed;
+    store.append({ClosedSession{7}}, [&](const std::exception_ptr&) { closed.set_value(); });
+    closed.get_future().get();
+  }
+}
+
+TEST_F(StoreTest, OneServerAtATimeHasTheFolder) {
+  Store store(options_);
+  try {
+    Store other(options_);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kFailedPrecondition);
+    EXPECT_THAT(error.what(), HasSubstr(options_.folder.string()));
+  }
+}
+
+TEST_F(StoreTest, AFileOfANewerFormIsRefused) {
+  { Store store(options_); }
+  Database(options_.file(), Database::Access::kWrite).run("UPDATE form SET version = 2");
+  EXPECT_THROW(Store store(options_), Error);
+}
+
+TEST_F(StoreTest, SessionsThatNobodyChangesGoAfterTheirTime) {
+  options_.retain = std::chrono::hours(24);
+  {
+    Store store(options_);
+    write(store, {opened(7, "old"), edited(7, 1), opened(8, "new")});
+  }
+  Database(options_.file(), Database::Access::kWrite)
+      .run("UPDATE sessions SET touched = touched - 86500 WHERE uid = 7");
+  Store store(options_);
+  ASSERT_EQ(store.heads().size(), 1U);
+  EXPECT_EQ(store.heads()[0].name, "new");
+  EXPECT_THROW((void)store.load(7), Error);
+}
+
+TEST_F(StoreTest, RepliesAndRunsAreKnownAgain) {
+  {
+    Store store(options_);
+    EXPECT_THAT(store.begin_run("first"), IsEmpty());
+    write(store, {KeptReply{"client a", 3, 99, "reply"}});
+  }
+  Store store(options_);
+  EXPECT_THAT(store.begin_run("second"), ElementsAre("first"));
+  const auto replies = store.replies(600);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].client, "client a");
+  EXPECT_EQ(replies[0].id, 3U);
+  EXPECT_EQ(replies[0].hash, 99U);
+  EXPECT_EQ(replies[0].reply, "reply");
+}
+
+TEST_F(StoreTest, OptionsAreChecked) {
+  options_.retain = std::chrono::seconds(-1);
+  EXPECT_THROW(options_.validate(), Error);
+  EXPECT_THROW(StoreOptions{}.validate(), Error);
+}
+
+}  // namespace
+}  // namespace limber::server::store
