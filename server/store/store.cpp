@@ -71,9 +71,8 @@ Store::Store(StoreOptions options)
     : options_(validated(std::move(options))),
       lock_(std::make_unique<Lock>(options_.folder)),
       writer_(std::make_unique<Writer>(options_)),
-      thread_([this] { write_all(); }) {
-  reader_.emplace(file(), Database::Access::kRead);
-}
+      reader_(options_.file(), Database::Access::kRead),
+      thread_([this] { write_all(); }) {}
 
 Store::~Store() {
   {
@@ -191,7 +190,7 @@ std::string Store::fault() const {
 std::vector<StoredHead> Store::heads() {
   const std::lock_guard lock(reading_);
   std::vector<StoredHead> heads;
-  auto rows = reader_->prepare(
+  auto rows = reader_.prepare(
       "SELECT uid, revision, name, kind, status, touched FROM sessions ORDER BY touched");
   while (rows.step())
     heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3), rows.bytes(4),
@@ -207,7 +206,7 @@ proto::StoredSession Store::load(std::uint64_t uid) {
                   fmt::format("a row of the store {} is damaged", file().string()));
   };
   proto::StoredSession stored;
-  auto head = reader_->prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
+  auto head = reader_.prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
   if (!head.bind(uid).step())
     throw Error(ErrorCode::kNotFound, "session", "the session is not in the store any more");
   stored.set_version(1);
@@ -215,10 +214,10 @@ proto::StoredSession Store::load(std::uint64_t uid) {
   stored.set_session(head.bytes(0));
   stored.set_kind(head.bytes(1));
   parse(*stored.mutable_scene(), head.bytes(2));
-  auto edits = reader_->prepare("SELECT edit FROM edits WHERE uid = ? ORDER BY revision");
+  auto edits = reader_.prepare("SELECT edit FROM edits WHERE uid = ? ORDER BY revision");
   edits.bind(uid);
   while (edits.step()) parse(*stored.add_edits(), edits.bytes(0));
-  auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
+  auto answer = reader_.prepare("SELECT answer FROM answers WHERE uid = ?");
   if (answer.bind(uid).step()) parse(*stored.mutable_answer(), answer.bytes(0));
   return stored;
 }
@@ -227,7 +226,7 @@ std::set<std::string> Store::begin_run(const std::string& instance) {
   append({StartedRun{instance}}, nullptr);
   const std::lock_guard lock(reading_);
   std::set<std::string> before;
-  auto rows = reader_->prepare("SELECT instance FROM runs WHERE instance != ?");
+  auto rows = reader_.prepare("SELECT instance FROM runs WHERE instance != ?");
   rows.bind_text(instance);
   while (rows.step()) before.insert(rows.bytes(0));
   return before;
@@ -236,7 +235,7 @@ std::set<std::string> Store::begin_run(const std::string& instance) {
 std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
   const std::lock_guard lock(reading_);
   std::vector<KeptReply> replies;
-  auto rows = reader_->prepare(
+  auto rows = reader_.prepare(
       "SELECT client, id, hash, reply FROM replies WHERE at >= strftime('%s', 'now') - ? ORDER BY "
       "at");
   rows.bind(seconds);

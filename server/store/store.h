@@ -8,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -86,7 +85,7 @@ class Store {
   const std::unique_ptr<Lock> lock_;  // of the folder
   std::unique_ptr<Writer> writer_;
   std::mutex reading_;
-  std::optional<Database> reader_;
+  Database reader_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_, idle_;

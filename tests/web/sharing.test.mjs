@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { drag, drop, openPanels, openSample, ROOT, seen, serve, settle, until, visit } from "./support.mjs";
+import { drag, drop, openPanels, openSample, ROOT, Server, seen, serve, settle, until, visit } from "./support.mjs";
 
 let browser;
 const server = serve((launched) => {
@@ -83,6 +83,32 @@ test("a server that is killed and comes back finds the page's session again", as
   await drag(page, await tip(page), [0, 20]);
   await settle(page, 1);
   assert.deepEqual(page.faults, []);
+});
+
+test("a server that keeps its sessions is killed, and the page's session goes on with its undo", async () => {
+  const kept = new Server(["--data", "FOLDER"]);
+  try {
+    await kept.start();
+    const page = await visit(browser, kept.url);
+    await openSample(page, "beam");
+    const count = await page.evaluate(() => window.limber.opened.session.scene.constraints.length);
+    const uid = await page.evaluate(() => String(window.limber.opened.session.name.uid));
+    await drag(page, await tip(page), [0, -30]);
+    await settle(page, 1);
+    const revision = await page.evaluate(() => Number(window.limber.opened.session.revision));
+    await kept.kill();
+    await page.waitForSelector('body[data-connection="lost"], body[data-connection="connecting"]');
+    await kept.start(kept.address);
+    await until(page, () => /it has kept the session/.test(document.querySelector(".notices").textContent));
+    await settle(page, revision);
+    await constraints(page, count + 1);
+    assert.equal(await page.evaluate(() => String(window.limber.opened.session.name.uid)), uid);
+    await page.getByRole("button", { name: "Undo" }).click();
+    await until(page, (before) => window.limber.opened.session.revision > BigInt(before), revision);
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await kept.close();
+  }
 });
 
 test("a page without its token is told so, and gets nothing", async () => {

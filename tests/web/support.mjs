@@ -29,7 +29,9 @@ const FLAGS = [
 
 /** A limberd that serves the page of clients/web/dist. */
 export class Server {
-  constructor() {
+  /** options: of limberd besides; FOLDER in them is one of the server's own. */
+  constructor(options = []) {
+    this.options = options;
     this.folder = mkdtempSync(join(tmpdir(), "limber-web-"));
     this.token = join(this.folder, "token");
     writeFileSync(this.token, "0123456789abcdef0123456789abcdef", { mode: 0o600 });
@@ -49,6 +51,7 @@ export class Server {
       "--web",
       address,
     ];
+    options.push(...this.options.map((option) => (option === "FOLDER" ? join(this.folder, "data") : option)));
     const page = ["--web-root", join(ROOT, "clients/web/dist"), "--web-token-file", this.token];
     this.process = spawn(join(BIN, "limberd"), [...options, ...page], { stdio: ["ignore", "ignore", "pipe"] });
     this.ended = new Promise((resolve) => this.process.once("exit", resolve));

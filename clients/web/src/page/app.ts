@@ -288,7 +288,10 @@ export class App {
       const { sessions } = await this.connection.call("listSessions", {});
       const there = sessions.find((one) => one.session === name);
       const kept = session.restored();
-      if (there) {
+      if (there && there.uid === session.name.uid) {
+        await this.show(session.name);
+        this.notices.add("warning", "The server was restarted; it has kept the session, undo included.");
+      } else if (there) {
         this.source.scene = kept && !kept.missing.length ? kept.scene : null;
         await this.show({ session: name, uid: there.uid });
         this.notices.add("warning", "The server was restarted; the session was opened again by somebody.");
