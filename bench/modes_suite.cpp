@@ -7,8 +7,13 @@
 // result, with `modes` of them. tried: the most that were compared, saving: the share of the energy
 // that those save. first_final_ms: until the first final result, build_ms: of its model; choice_ms:
 // from there (its check included) until there is nothing left to find out; rebuild_ms: of that the
-// build of a model with the chosen modes. edit_30_ms, edit_ms: from an edit that moves a target by
-// a hundredth of the body to its final result, with the default modes and with the chosen ones.
+// build of a model with the chosen modes.
+//
+// Then the same edits, which move a target by a hundredth of the body each, in a session with the
+// default modes (_30), in this one, and in one that may shrink to kFewest modes (_fewest; fewest:
+// what it took): first_ms and final_ms from an edit to its first and its final result, medians.
+// shape_fewest, energy_fewest: final results with the fewest against those with the default modes,
+// the worst frame as a share of the motion's largest one, and the share of the energy.
 #include <fmt/core.h>
 
 #include <atomic>
@@ -24,23 +29,48 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kQuickTets = 12'000;
+constexpr int kQuickTets = 12'000, kFewest = 8;
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// When the first final result came, and how it was.
+/// When the first result and the first final one came, and how that was.
 struct Watch final : session::BodyListener {
   Clock::time_point begin = Clock::now();
-  double first_final_ms = 0, energy = 0;
+  double first_ms = 0, first_final_ms = 0, energy = 0;
   void on_state(session::State, const std::string&) override {}
   void on_result(const std::shared_ptr<const session::BodyResult>& one) override {
+    if (first_ms == 0) first_ms = ms_since(begin);
     if (!one->is_final || first_final_ms > 0) return;
     first_final_ms = ms_since(begin);
     energy = one->report.total_energy;
   }
+  void start() {
+    begin = Clock::now();
+    first_ms = first_final_ms = 0;
+  }
 };
+
+/// A session under edits.
+struct Edited {
+  std::shared_ptr<Watch> watch = std::make_shared<Watch>();
+  std::unique_ptr<session::BodySession> session;
+  std::vector<double> first, final;  // [ms]
+  void edit(const session::BodyEdit& edit) {
+    watch->start();
+    session->edit({edit});
+    first.push_back(watch->first_ms);
+    final.push_back(watch->first_final_ms);
+  }
+};
+
+/// Of the motion's largest frame, the worst one. @param rest  3n
+double shape_difference(const Eigen::MatrixXd& motion, const Eigen::MatrixXd& other,
+                        const Eigen::VectorXd& rest) {
+  return (other - motion).colwise().norm().maxCoeff() /
+         (motion.colwise() - rest).colwise().norm().maxCoeff();
+}
 
 class ModesSuite {
  public:
@@ -53,12 +83,13 @@ class ModesSuite {
     result["scene"] = name;
     result["tets"] = scene.mesh.tet_count();
     result["tolerance"] = scene.model.tolerance;
-    result["edit_30_ms"] = edited_ms(scene, {});
     session::SessionOptions choosing;
     choosing.mode_choice = session::ModeChoiceOptions();
-    const auto watch = std::make_shared<Watch>();
-    session::BodySession session("modes", scene, choosing, nullptr, inline_executor(), watch);
-    const double all_ms = ms_since(watch->begin);
+    Edited chosen;
+    chosen.session = std::make_unique<session::BodySession>("modes", scene, choosing, nullptr,
+                                                            inline_executor(), chosen.watch);
+    const session::BodySession& session = *chosen.session;
+    const double all_ms = ms_since(chosen.watch->begin), first_ms = chosen.watch->first_final_ms;
     const auto last = session.final_result();
     const session::ModeChoice choice = session.mode_choice();
     result["state"] = static_cast<int>(choice.state);
@@ -66,22 +97,19 @@ class ModesSuite {
     result["tried"] = choice.energies.empty() ? choice.modes : choice.energies.back().modes;
     result["saving"] = choice.saving.value_or(0);
     result["fewer"] = choice.fewer;
-    result["energy_30"] = watch->energy;
+    result["energy_30"] = chosen.watch->energy;
     result["energy_chosen"] = last->report.total_energy;
-    result["first_final_ms"] = watch->first_final_ms;
-    result["choice_ms"] = all_ms - watch->first_final_ms;
+    result["first_final_ms"] = first_ms;
+    result["choice_ms"] = all_ms - first_ms;
     result["rebuild_ms"] = choice.modes > 30 ? 1e3 * session.build_seconds() : 0;
     result["basis"] = session.model()->basis_size();
     result["cubature"] = session.model()->cubature_size();
-    scene::Scene named = scene;
-    named.model.mode_count = choice.modes;
-    result["edit_ms"] = edited_ms(named, {});
+    compare_edits(scene, chosen, result);
     std::string energies;
     for (const auto& one : choice.energies)
       energies += fmt::format(" {}:{:.5g}", one.modes, one.energy);
     recorder_.note(fmt::format("  {} modes,{}; first {:.3g} ms, choice {:.3g} ms ({})",
-                               choice.modes, energies, watch->first_final_ms,
-                               all_ms - watch->first_final_ms, choice.reason));
+                               choice.modes, energies, first_ms, all_ms - first_ms, choice.reason));
     recorder_.add(result);
   }
 
@@ -99,20 +127,49 @@ class ModesSuite {
     return [](const std::function<void()>& task) { task(); };
   }
 
-  /// Of a session that does not choose.
-  double edited_ms(const scene::Scene& scene, const session::SessionOptions& options) {
-    session::BodySession session("edited", scene, options, cache_, inline_executor(), nullptr);
+  Edited opened(const scene::Scene& scene, const session::SessionOptions& options) {
+    Edited edited;
+    edited.session = std::make_unique<session::BodySession>("edited", scene, options, cache_,
+                                                            inline_executor(), edited.watch);
+    return edited;
+  }
+
+  void compare_edits(const scene::Scene& scene, Edited& chosen, Case& result) {
+    session::SessionOptions shrinking;
+    shrinking.mode_choice = session::ModeChoiceOptions();
+    shrinking.mode_choice->least = kFewest;
+    Edited usual = opened(scene, {}), fewest = opened(scene, shrinking);
     const double length =
         (scene.mesh.nodes.rowwise().maxCoeff() - scene.mesh.nodes.rowwise().minCoeff()).maxCoeff();
-    const auto constraint = session.constraints().back();
-    std::vector<double> times;
-    for (int i = 0; i < options_.repeats; ++i) {
-      const double away = 0.01 * length * (1 + i);
-      session.edit({session::MoveConstraint{constraint.id,
-                                            constraint.target + Eigen::Vector3d(0, 0, away)}});
-      times.push_back(session.final_result()->since_edit_ms);
+    const Eigen::VectorXd rest =
+        Eigen::Map<const Eigen::VectorXd>(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+    const auto constraint = usual.session->constraints().back();
+    double shape = 0, energy = 0;
+    for (int i = 0; i < 2 * options_.repeats + 1; ++i) {
+      const Eigen::Vector3d away(0, 0, 0.01 * length * (1 + i % 7));
+      for (Edited* one : {&usual, &chosen, &fewest}) {
+        one->edit(session::MoveConstraint{constraint.id, constraint.target + away});
+        if (i > 0) continue;  // the first one changes modes
+        one->first.clear();
+        one->final.clear();
+      }
+      const auto of_usual = usual.session->final_result(), of_few = fewest.session->final_result();
+      const auto frames_of = [&](const Edited& one, const session::BodyResult& motion) {
+        return one.session->positions(motion, 0, scene.frame_count);
+      };
+      shape = std::max(
+          shape, shape_difference(frames_of(usual, *of_usual), frames_of(fewest, *of_few), rest));
+      energy = std::max(energy, of_few->report.total_energy / of_usual->report.total_energy - 1);
     }
-    return median(times);
+    result["fewest"] = fewest.session->mode_choice().modes;
+    result["first_30_ms"] = median(usual.first);
+    result["first_ms"] = median(chosen.first);
+    result["first_fewest_ms"] = median(fewest.first);
+    result["final_30_ms"] = median(usual.final);
+    result["final_ms"] = median(chosen.final);
+    result["final_fewest_ms"] = median(fewest.final);
+    result["shape_fewest"] = shape;
+    result["energy_fewest"] = energy;
   }
 
   const SuiteOptions& options_;

@@ -45,6 +45,8 @@ constexpr ReportRun kRuns[] = {
     {"editors", "editors", SuiteSize::kSame, Part::kAlways, ""},
     {"exact", "exact", SuiteSize::kQuick, Part::kAlways, "bent by,twisted by,liver,raptor,ditto",
      "bent by,liver", 3},
+    {"modes", "modes", SuiteSize::kQuick, Part::kAlways, "bent by,twisted by,liver,raptor",
+     "bent by,liver", 3},
     {"spacetime", "spacetime", SuiteSize::kQuick, Part::kAlways, ""},
     {"spacetime_error", "spacetime_error", SuiteSize::kSame, Part::kAlways, ""},
     {"table1", "table1", SuiteSize::kQuick, Part::kWhole, ""},

@@ -54,6 +54,11 @@ TABLES = [
         ("judge has settled", "judge_settled")],
         text="The judge is a plainly written full-space solver of the same start; where it has not settled, the exact step may "
              "be below it."),
+    RawTable("modes", "How many modes a scene needs, and what fewer of them save", [
+        ("scene", "scene"), ("tets", "tets"), ("energy with 30", "energy_30"), ("modes", "modes"), ("energy", "energy_chosen"),
+        ("half more save [%]", "saving", 100), ("choice [ms]", "choice_ms"), ("fewest", "fewest"),
+        ("first result [ms]", "first_30_ms"), ("with the fewest", "first_fewest_ms"), ("final result [ms]", "final_30_ms"),
+        ("with the fewest", "final_fewest_ms"), ("shapes of the fewest off by [%]", "shape_fewest", 100)]),
     RawTable("editors", "Editors beside each other", [
         ("body", "scene"), ("targets", "targets"), ("editor", "editor"), ("shapes by", "reconstruction"), ("modes", "modes"),
         ("solve [ms]", "solve_ms"), ("shapes [us/frame]", "frame_us"), ("constraint error [%]", "constraint_max_pct"),

@@ -1,14 +1,17 @@
 // Sessions under many edits, one solved before the next: the last answer against a session that is
-// opened with what the edits have made, and memory.
+// opened with what the edits have made and solves it from rest, memory, and what edits take in the
+// first and the last tenth of the session.
 
 #include <fmt/core.h>
 
 #include <unistd.h>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "bench/stability/box_bodies.h"
 #include "bench/stability/sweep.h"
@@ -40,18 +43,48 @@ double resident() {
   return kept * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-/// Memory from when a tenth of the edits was made to now [MB].
+/// Memory and times of edits along the way.
 class Growth {
  public:
-  explicit Growth(int edits) : begin_(edits / 10) {}
-  void after(int edit) {
-    if (edit == begin_) before_ = resident();
+  explicit Growth(int edits)
+      : tenth_(std::max(1, edits / 10)),
+        first_last_(edits - tenth_),
+        first_(tenth_),
+        last_(tenth_) {}
+  /// @param taken  wall time of the edit and its solve [ms]
+  void after(int edit, float taken) {
+    if (edit < tenth_) first_[static_cast<std::size_t>(edit)] = taken;
+    if (edit >= first_last_) last_[static_cast<std::size_t>(edit - first_last_)] = taken;
+    if (edit == tenth_) before_ = resident();
+    if (edit + 1 == kEarlyEdits) early_ = resident();
   }
+  /// Since a tenth of the edits was made [MB].
   [[nodiscard]] double now() const { return resident() - before_; }
+  [[nodiscard]] std::string in_words() const {
+    std::string words = fmt::format("An edit takes {} in the first tenth, {} in the last.",
+                                    times_in_words(first_), times_in_words(last_));
+    if (early_ > 0)
+      words += fmt::format(" {:.1f} MB resident after {} edits, {:.1f} MB at the end.", early_,
+                           kEarlyEdits, resident());
+    return words;
+  }
 
  private:
-  int begin_;
-  double before_ = 0;
+  static constexpr int kEarlyEdits = 10'000;
+  static std::string times_in_words(std::vector<float> times) {
+    const auto at = [&](double share) {
+      const auto place = times.begin() +
+                         static_cast<std::ptrdiff_t>(share * static_cast<double>(times.size() - 1));
+      std::nth_element(times.begin(), place, times.end());
+      return *place;
+    };
+    const float median = at(0.5);
+    return fmt::format("{:.3f} ms (median) and {:.3f} ms (p99)", median, at(0.99));
+  }
+
+  int tenth_, first_last_;
+  double before_ = 0, early_ = 0;
+  std::vector<float> first_, last_;  // there from the beginning: no growth
 };
 
 /// Of all answers along the way.
@@ -67,9 +100,10 @@ Finding finding_of(const Answers& answers, bool has_converged, double difference
   finding.is_finite = answers.are_finite && std::isfinite(difference);
   finding.error = std::max(difference, growth.now() / kAllowedGrowth * kAllowedAnswer);
   finding.allowed = kAllowedAnswer;
-  finding.message =
-      fmt::format("{} edits, {} refused, {} answers not converged, {:.1f} MB more. {}", edits,
-                  answers.refused, answers.failed, growth.now(), message);
+  finding.message = fmt::format(
+      "{} edits, {} refused, {} answers not converged, {:.1f} MB more; the last answer is off by "
+      "{:.1e}. {} {}",
+      edits, answers.refused, answers.failed, growth.now(), difference, growth.in_words(), message);
   return finding;
 }
 
@@ -80,14 +114,18 @@ template <class Session, class AnyEdit, class CheckResult>
 Answers solve_edits(Session& session, int edits, Growth& growth, const AnyEdit& any_edit,
                     const CheckResult& check) {
   Answers answers;
+  using Clock = std::chrono::steady_clock;
   for (int i = 0; i < edits; ++i) {
+    const auto edit = any_edit();
+    const Clock::time_point begin = Clock::now();
     try {
-      session.edit(any_edit());
+      session.edit(edit);
     } catch (const Error&) {  // nothing to undo, no such constraint
       ++answers.refused;
     }
+    const std::chrono::duration<float, std::milli> taken = Clock::now() - begin;
     check(*session.final_result(), answers);
-    growth.after(i);
+    growth.after(i, taken.count());
   }
   return answers;
 }

@@ -9,16 +9,20 @@ namespace limber::session {
 /// How a session chooses r where its scene does not name it.
 struct ModeChoiceOptions {
   double growth = 1.5;  // a question compares with so many times r modes, > 1
-  int least = 30;       // modes that are always taken where the mesh has them, > 0
-  int most = 120;       // modes at most, >= least
+  /// Modes that are always taken where the mesh has them, > 0. Fewer save an edit little: the
+  /// frames of its final result cost the same (docs/speed-against-error.md).
+  int least = 30;
+  int most = 120;  // modes at most, >= least
   /// Fewer modes are taken where their energy is higher by at most this share of the tolerance, in
   /// (0, 1): growth begins at the whole of it, so that r does not swing.
   double shrink_share = 0.25;
   /// The question is asked again where the energy has changed by more than this factor, > 1.
   double energy_factor = 4;
-  // Larger scenes keep the modes that they have: the question would take minutes. All >= 0.
-  int most_tets = 30'000;
-  int most_frames = 20'000;
+  // Larger scenes keep the modes that they have: of more tets the question takes minutes where
+  // modes grow, of more frames a step of it takes longer than an edit may wait for a processor. All
+  // >= 0.
+  int most_tets = 60'000;
+  int most_frames = 30'000;
   double most_tet_readings = 4e6;  // tets times constraints
 
   void validate() const;

@@ -53,8 +53,9 @@ std::string BodySession::Impl::reason_against_question(const BodyResult& result)
     return fmt::format("{} tets, more than {}: comparing would take minutes", tets,
                        options.most_tets);
   if (scene.frame_count > options.most_frames)
-    return fmt::format("{} frames, more than {}: comparing would take minutes", scene.frame_count,
-                       options.most_frames);
+    return fmt::format(
+        "{} frames, more than {}: an edit could not interrupt the comparison at once",
+        scene.frame_count, options.most_frames);
   const auto constraints = problem_->solver().constraints().size();
   if (constraints == 0) return "nothing is held";
   if (static_cast<double>(constraints) * tets > options.most_tet_readings)

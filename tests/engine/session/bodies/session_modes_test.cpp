@@ -10,78 +10,26 @@
 
 #include "engine/session/bodies/live_problem.h"
 #include "engine/session/bodies/mode_chooser.h"
-#include "tests/engine/session/bodies/session_support.h"
+#include "tests/engine/session/bodies/mode_scenes.h"
 
 namespace limber::session {
 namespace {
 
 using Chosen = ModeChoice::State;
+using test::choosing;
+using test::demanding_bar;
+using test::easy_bar;
 using test::held;
-using test::kCells;
 using test::kTip;
 using test::Live;
-
-const int kCorner = test::bar_node(kCells, 3, 0, 0), kOpposite = test::bar_node(kCells, 3, 1, 2);
-constexpr double kHard = 1e6;
-
-/// The bar of the tests, which does not name its modes.
-scene::Scene unnamed_bar() {
-  scene::Scene scene = test::bent_bar();
-  scene.model.mode_count = scene::ModelRequest::kDefaultModes;
-  return scene;
-}
-
-SessionOptions choosing(ModeChoiceOptions options = {}) {
-  SessionOptions session;
-  session.mode_choice = options;
-  return session;
-}
-
-/// The tip is held aside, hard: the default modes are enough.
-scene::Scene easy_bar() {
-  scene::Scene scene = unnamed_bar();
-  for (auto& constraint : scene.constraints) constraint.weight = kHard;
-  return scene;
-}
-
-/// Two nodes of one cross-section, pulled apart in one frame: that takes more modes.
-std::vector<scene::Constraint> pulled_apart(double share = 1) {
-  std::vector<scene::Constraint> pair = {
-      held(15, kCorner, share * Eigen::Vector3d(0.02, 0.06, -0.05)),
-      held(15, kOpposite, share * Eigen::Vector3d(0.02, -0.05, 0.03))};
-  for (auto& constraint : pair) constraint.weight = kHard;
-  return pair;
-}
-
-std::vector<BodyEdit> pull_apart(double share = 1) {
-  std::vector<BodyEdit> edits;
-  for (const auto& constraint : pulled_apart(share)) edits.emplace_back(AddConstraint{constraint});
-  return edits;
-}
-
-scene::Scene demanding_bar() {
-  scene::Scene scene = easy_bar();
-  for (const auto& constraint : pulled_apart()) scene.constraints.push_back(constraint);
-  return scene;
-}
+using test::pull_apart;
+using test::pulled_apart;
+using test::settled;
+using test::unnamed_bar;
 
 /// Of demanding_bar(): far beyond what it was asked for.
 const MoveConstraint kLargeMove{3, {0.08, 0.24, -0.2}};
 const MoveConstraint kSmallMove{1, {0.001, 0.1, 0.05}};
-
-/// The newest result, once nothing more is to be found out about a revision.
-std::shared_ptr<const BodyResult> settled(const BodySession& session, Revision revision = 0) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (std::chrono::steady_clock::now() < until) {
-    auto result = session.newest_result();
-    if (result && result->is_final && result->revision >= revision &&
-        result->check == Check::kDone && !result->awaits_modes)
-      return result;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  ADD_FAILURE() << "nothing settles";
-  return nullptr;
-}
 
 std::shared_ptr<const BodyResult> solve_with(scene::Scene scene, int modes) {
   scene.model.mode_count = modes;
