@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "engine/base/error.h"
+#include "engine/scene/embedding/surface_points.h"
 
 namespace limber::session {
 namespace {
@@ -16,7 +17,7 @@ std::size_t bytes_of_group(const ChangeGroup& group) {
   for (const Change& change : group) {
     const auto* constraint = std::get_if<ConstraintChange>(&change);
     if (constraint != nullptr && constraint->value)
-      bytes += constraint->value->nodes.size() * sizeof(int);
+      bytes += scene::node_count_of(*constraint->value) * sizeof(int);
     const auto* keyframe = std::get_if<KeyframeChange>(&change);
     if (keyframe != nullptr && keyframe->value)
       bytes += static_cast<std::size_t>(keyframe->value->pose->size()) * sizeof(double);
