@@ -3,6 +3,9 @@
 import contextlib
 import json
 import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import limber
@@ -174,3 +177,12 @@ def test_vertices_and_points_of_an_artists_mesh(server, cli, tmp_path):
         by_vertex = cli("replace", spot.id, held.id, "--surface-vertex", top, "--frame", 60, "--displacement", 0, 0.01, 0)
         assert by_vertex.returncode == 0, by_vertex.stderr
         assert [constraint.surface_vertex for constraint in spot.constraints()] == [top, None]
+
+
+@pytest.mark.skipif(not SPOT.exists(), reason=f"no {SPOT} (set LIMBER_SHARED)")
+def test_the_example_holds_points_of_an_artists_mesh(limberd, tmp_path):
+    process = subprocess.run([sys.executable, str(ROOT / "examples" / "hold_surface.py"), str(SPOT)], capture_output=True,
+                             text=True, timeout=120, env=dict(os.environ, XDG_CACHE_HOME=str(tmp_path)))
+    assert process.returncode == 0, process.stderr
+    moved = [re.findall(r"-?\d+\.\d*", line) for line in process.stdout.splitlines()[:2]]
+    np.testing.assert_allclose(np.array(moved, float), [[0.1, 0, 0], [0, 0.05, 0]], atol=2e-4)
