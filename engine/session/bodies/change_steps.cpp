@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <ranges>
 #include <utility>
 #include <variant>
 
@@ -82,12 +81,12 @@ ChangeGroup merged(std::span<const Change> changes) {
   if (changes.size() == 1) return {changes.front()};
   ChangeGroup group;  // newest first
   std::map<Thing, std::size_t> places;
-  for (const Change& change : std::views::reverse(changes)) {
-    const auto [place, is_new] = places.emplace(thing_of(change), group.size());
+  for (auto change = changes.rbegin(); change != changes.rend(); ++change) {
+    const auto [place, is_new] = places.emplace(thing_of(*change), group.size());
     if (is_new) {
-      group.push_back(change);
+      group.push_back(*change);
     } else {
-      follow_by(group[place->second], change);
+      follow_by(group[place->second], *change);
     }
   }
   std::reverse(group.begin(), group.end());
