@@ -52,17 +52,17 @@ class ExactSuite {
     spacetime::Solver reduced_solver(reduced_kinematics, dynamics, timeline);
     spacetime::Solver exact_solver(full_kinematics, dynamics, timeline);
     for (const scene::Constraint& item : scene.constraints) {
-      const std::vector<int> nodes = frame.compact_nodes(item.nodes);
+      const reduced::Site site = frame.site(item);
       spacetime::PositionConstraint constraint;
       constraint.id = judged.targets.size() + 1;
       constraint.frame = item.frame;
-      constraint.target = frame.displacement(item.target, frame.origin(item.kind, nodes));
+      constraint.target = frame.displacement(item.target, frame.origin(item.kind, site));
       constraint.weight = item.weight;
-      constraint.site = reduced_kinematics->add_site(nodes);
-      full_kinematics->add_site(nodes);
+      constraint.site = reduced_kinematics->add_site(site);
+      full_kinematics->add_site(site);
       reduced_solver.add(constraint);
       exact_solver.add(constraint);
-      judged.targets.push_back({nodes.front(), item.frame, constraint.target, item.weight});
+      judged.targets.push_back({site.nodes.front(), item.frame, constraint.target, item.weight});
     }
     Case result;
     result["scene"] = name;

@@ -50,13 +50,13 @@ SpacetimeProblem sample_problem(const std::string& name, int coordinates, Record
                       session::map_end(scene.last_end)};
   const session::TargetFrame frame(scene, mapped);
   for (const scene::Constraint& item : scene.constraints) {
-    NodeConstraint result{frame.compact_nodes(item.nodes), {}};
+    const reduced::Site site = frame.site(item);
+    NodeConstraint result{site.nodes, {}};
     result.constraint.id = problem.constraints.size() + 1;
     result.constraint.frame = item.frame;
     result.constraint.axes = item.axes;
     result.constraint.weight = item.weight;
-    result.constraint.target =
-        frame.displacement(item.target, frame.origin(item.kind, result.nodes));
+    result.constraint.target = frame.displacement(item.target, frame.origin(item.kind, site));
     problem.constraints.push_back(result);
   }
   return problem;

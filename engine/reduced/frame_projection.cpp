@@ -57,15 +57,6 @@ Eigen::MatrixXd components(const Eigen::MatrixXd& rest, double limit, Index most
   return rest * gram.eigenvectors().rightCols(count).rowwise().reverse();
 }
 
-using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-
-/// Mean rows of nodes in a matrix of 3n rows.
-Rows mean_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, const std::vector<int>& nodes) {
-  Rows rows = Rows::Zero(3, matrix.cols());
-  for (const int node : nodes) rows += matrix.middleRows<3>(3 * Index{node});
-  return rows / static_cast<double>(nodes.size());
-}
-
 /// Least change of each frame's coordinates that takes off what is left at its held sites.
 void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
                 const Eigen::MatrixXd& rest, const std::vector<HeldSite>& held,
@@ -77,9 +68,9 @@ void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
     Eigen::MatrixXd rows(count, coordinates.rows());
     Eigen::VectorXd miss(count);
     for (Index i = 0; i < count; i += 3) {
-      const std::vector<int>& nodes = *sites[static_cast<std::size_t>(i / 3)]->nodes;
-      rows.middleRows<3>(i) << mean_rows(basis, nodes), mean_rows(columns, nodes);
-      miss.segment<3>(i) = mean_rows(rest.col(column), nodes);
+      const Site& site = *sites[static_cast<std::size_t>(i / 3)]->site;
+      rows.middleRows<3>(i) << mean_rows(basis, site), mean_rows(columns, site);
+      miss.segment<3>(i) = mean_rows(rest.col(column), site);
     }
     // Sites that move together, or hardly, ask for no more than the basis can do.
     Eigen::MatrixXd gram = rows * rows.transpose();

@@ -7,13 +7,14 @@
 
 #include "engine/base/job.h"
 #include "engine/reduced/full_shapes.h"
+#include "engine/reduced/site.h"
 
 namespace limber::reduced {
 
-/// Nodes whose mean displacement is to be right in the frame of a column.
+/// A site whose displacement is to be right in the frame of a column.
 struct HeldSite {
   int column = 0;
-  std::shared_ptr<const std::vector<int>> nodes;  // compact
+  std::shared_ptr<const Site> site;
 };
 
 struct FrameProjectionOptions {

@@ -186,14 +186,14 @@ class FullKinematics::Impl {
     base_ = std::make_unique<BaseCoordinates>(body, full_->gradient(), std::move(base));
   }
 
-  SiteId add_site(std::vector<int> nodes) {
-    const SiteList::Added added = list_.add(std::move(nodes));
+  SiteId add_site(const Site& site) {
+    const SiteList::Added added = list_.add(site);
     if (!added.is_new) return added.id;
-    const std::vector<int>& members = list_.nodes(added.id);
+    const Site& own = list_.site(added.id);
     const bool moves = full_->mass_share().size() > 0 ||
-                       std::any_of(members.begin(), members.end(),
+                       std::any_of(own.nodes.begin(), own.nodes.end(),
                                    [&](int n) { return !is_fixed_[static_cast<std::size_t>(n)]; });
-    sites_.emplace_back(full_->row_of(members), lanes_.padded, moves);
+    sites_.emplace_back(full_->row_of(own), lanes_.padded, moves);
     return added.id;
   }
 
@@ -459,7 +459,7 @@ FullKinematics::FullKinematics(const bodies::ElasticBody& body,
                                    std::move(base))) {}
 FullKinematics::~FullKinematics() = default;
 
-SiteId FullKinematics::add_site(const std::vector<int>& nodes) { return impl_->add_site(nodes); }
+SiteId FullKinematics::add_site(const Site& site) { return impl_->add_site(site); }
 
 int FullKinematics::coordinate_count() const { return impl_->model().coordinate_count(); }
 

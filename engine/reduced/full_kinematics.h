@@ -13,7 +13,7 @@ namespace limber::reduced {
 
 /// Kinematics of sites by the full rotation-strain map, without basis and cubature: the values that
 /// FullReconstruction and FullShapes give for the same z, and their derivatives. A site costs one
-/// scalar Laplacian solve when it is added, A Phi = (share of its nodes); then
+/// scalar Laplacian solve when it is added, A Phi = (weights of its nodes); then
 ///   u = sum over tets of g(y(W-hat z)) p_e,   p_e = V grad Phi,
 /// is one pass over the tets, and so is the pull-back of its Jacobian to nodes (adjoint of g and
 /// Q). Exact but for rounding, at a cost that grows with tets times distinct sites.
@@ -32,7 +32,8 @@ class FullKinematics final : public Kinematics {
   ~FullKinematics() override;
 
   /// Registers (or finds) a site, as ReducedKinematics: the same calls give the same ids.
-  SiteId add_site(const std::vector<int>& nodes);
+  SiteId add_site(const Site& site);
+  SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
 
   [[nodiscard]] int coordinate_count() const override;
   [[nodiscard]] double length() const override;

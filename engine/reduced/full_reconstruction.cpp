@@ -207,10 +207,10 @@ const bodies::GradientOperator& FullReconstruction::gradient() const { return im
 
 const Eigen::VectorXd& FullReconstruction::mass_share() const { return impl_->mass_share; }
 
-Eigen::Matrix3Xd FullReconstruction::row_of(const std::vector<int>& nodes) const {
+Eigen::Matrix3Xd FullReconstruction::row_of(const Site& site) const {
   const bodies::GradientOperator& gradient = impl_->gradient;
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(gradient.node_count());
-  for (const int node : nodes) weight[node] += 1.0 / static_cast<double>(nodes.size());
+  for (std::size_t i = 0; i < site.nodes.size(); ++i) weight[site.nodes[i]] += site.weight(i);
   if (impl_->mass_share.size() > 0) weight -= impl_->mass_share;
   Eigen::MatrixXd x = impl_->dofs.restrict_rows(weight);
   impl_->laplacian.solve_in_place(x);

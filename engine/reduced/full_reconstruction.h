@@ -8,6 +8,7 @@
 #include "engine/bodies/elastic_body.h"
 #include "engine/bodies/gradient_operator.h"
 #include "engine/bodies/modal_derivatives.h"
+#include "engine/reduced/site.h"
 
 namespace limber::reduced {
 
@@ -59,10 +60,10 @@ class FullReconstruction {
                                                    const std::vector<bodies::ModePair>& pairs,
                                                    const JobContext& job = {}) const;
 
-  /// The mean displacement of `nodes` as a row on displacement gradients: sum over tets of g_e p_e
+  /// The displacement of a site as a row on displacement gradients: sum over tets of g_e p_e
   /// (g_e 3 x 3), p of 3 x m; of a free body relative to the centre of mass. One scalar solve,
   /// since A is symmetric and the same on each axis.
-  [[nodiscard]] Eigen::Matrix3Xd row_of(const std::vector<int>& nodes) const;
+  [[nodiscard]] Eigen::Matrix3Xd row_of(const Site& site) const;
   /// n, shares of the mass that sum to one for a free body; else empty.
   [[nodiscard]] const Eigen::VectorXd& mass_share() const;
 

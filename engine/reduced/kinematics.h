@@ -5,8 +5,8 @@
 
 namespace limber::reduced {
 
-/// A place whose displacement can be asked for: a node, or the mean of a group of nodes. Issued by
-/// the model.
+/// A place whose displacement can be asked for: a node, or the mean of several, equal or weighted
+/// (reduced::Site). Issued by the model.
 using SiteId = int;
 
 /// "The displacement of `site` in the pose given by column `column` of z."

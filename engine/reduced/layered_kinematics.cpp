@@ -36,12 +36,12 @@ struct LayeredKinematics::Correction {
 LayeredKinematics::LayeredKinematics(std::shared_ptr<ReducedKinematics> reduced)
     : reduced_(std::move(reduced)) {}
 
-SiteId LayeredKinematics::add_site(const std::vector<int>& nodes) {
-  const SiteId site = reduced_->add_site(nodes);
-  if (site < static_cast<SiteId>(sites_.size())) return site;
-  sites_.push_back(nodes);
-  if (shift_) rows_.push_back(rows_of(nodes));
-  return site;
+SiteId LayeredKinematics::add_site(const Site& site) {
+  const SiteId id = reduced_->add_site(site);
+  if (id < static_cast<SiteId>(sites_.size())) return id;
+  sites_.push_back(site);
+  if (shift_) rows_.push_back(mean_rows(*shift_->basis, site));
+  return id;
 }
 
 void LayeredKinematics::set_full(std::unique_ptr<FullKinematics> full) {
@@ -66,7 +66,7 @@ void LayeredKinematics::set_shift(std::shared_ptr<const FrameShift> shift) {
   shift_ = std::move(shift);
   rows_.clear();
   if (!shift_) return anchors_.clear();
-  for (const std::vector<int>& nodes : sites_) rows_.push_back(rows_of(nodes));
+  for (const Site& site : sites_) rows_.push_back(mean_rows(*shift_->basis, site));
 }
 
 void LayeredKinematics::anchor(std::span<const int> frames,
@@ -111,12 +111,6 @@ bool LayeredKinematics::correct(SiteId site, int frame, const Eigen::Ref<const E
         rows_[static_cast<std::size_t>(site)] * shift_->shift.col(frame).cast<double>();
   }
   return true;
-}
-
-LayeredKinematics::Rows LayeredKinematics::rows_of(const std::vector<int>& nodes) const {
-  Rows rows = Rows::Zero(3, shift_->basis->cols());
-  for (const int node : nodes) rows += shift_->basis->middleRows<3>(3 * Eigen::Index{node});
-  return rows / static_cast<double>(nodes.size());
 }
 
 int LayeredKinematics::coordinate_count() const { return reduced_->coordinate_count(); }

@@ -45,7 +45,8 @@ class LayeredKinematics final : public Kinematics {
   explicit LayeredKinematics(std::shared_ptr<ReducedKinematics> reduced);
 
   [[nodiscard]] const ReducedKinematics& reduced() const { return *reduced_; }
-  SiteId add_site(const std::vector<int>& nodes);
+  SiteId add_site(const Site& site);
+  SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
   /// Its sites are those of this object from now on. @param full  without sites
   void set_full(std::unique_ptr<FullKinematics> full);
   [[nodiscard]] bool has_full() const { return full_ != nullptr; }
@@ -83,12 +84,11 @@ class LayeredKinematics final : public Kinematics {
   /// @returns false where nothing is known of the site in this frame
   [[nodiscard]] bool correct(SiteId site, int frame, const Eigen::Ref<const Eigen::VectorXd>& z,
                              Correction& correction) const;
-  [[nodiscard]] Rows rows_of(const std::vector<int>& nodes) const;
 
   std::shared_ptr<ReducedKinematics> reduced_;
   std::unique_ptr<FullKinematics> full_;
   Level level_ = Level::kReduced;
-  std::vector<std::vector<int>> sites_;
+  std::vector<Site> sites_;
   std::size_t sites_in_full_ = 0;
   std::shared_ptr<const FrameShift> shift_;
   std::vector<Rows> rows_;                            // of the shift's basis, of each site

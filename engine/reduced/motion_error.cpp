@@ -58,9 +58,7 @@ FrameError compare(const FullShapes& shapes, const Eigen::Ref<const Eigen::Vecto
 
 Eigen::Vector3d mean_displacement(const ShapeTarget& target,
                                   const Eigen::Ref<const Eigen::VectorXd>& u) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const int node : *target.nodes) mean += u.segment<3>(3 * Eigen::Index{node});
-  return mean / static_cast<double>(target.nodes->size());
+  return mean_rows(u, *target.site);
 }
 
 /// @param later, earlier  mean displacements in the target's frames; of a position the later only

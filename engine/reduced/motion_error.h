@@ -7,18 +7,19 @@
 
 #include "engine/base/job.h"
 #include "engine/reduced/full_shapes.h"
+#include "engine/reduced/site.h"
 
 namespace limber::reduced {
 
-/// "In the frame of this column, the mean displacement of these nodes is that", or their mean
-/// velocity from the frame of one column to that of another.
+/// "In the frame of this column, the displacement of this site is that", or its mean velocity from
+/// the frame of one column to that of another.
 struct ShapeTarget {
   int column = 0;
-  std::shared_ptr<const std::vector<int>> nodes;  // compact ids
-  unsigned axes = 7;                              // bit 0: x, bit 1: y, bit 2: z
-  Eigen::Vector3d target = {0, 0, 0};             // displacement from rest [m], or [m/frame]
-  bool is_exact = false;                          // of a constraint that is to hold exactly
-  std::optional<int> since = std::nullopt;        // of a velocity: the column where it begins
+  std::shared_ptr<const Site> site;
+  unsigned axes = 7;                        // bit 0: x, bit 1: y, bit 2: z
+  Eigen::Vector3d target = {0, 0, 0};       // displacement from rest [m], or [m/frame]
+  bool is_exact = false;                    // of a constraint that is to hold exactly
+  std::optional<int> since = std::nullopt;  // of a velocity: the column where it begins
 };
 
 /// Some frames of a motion as they are shown, and what they were to meet.

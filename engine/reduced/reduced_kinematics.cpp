@@ -30,16 +30,14 @@ class ReducedKinematics::Impl {
     stream_ = StreamTables(*model_, base_.get());
   }
 
-  SiteId add_site(std::vector<int> nodes) {
-    const SiteList::Added added = list_.add(std::move(nodes));
+  SiteId add_site(const Site& site) {
+    const SiteList::Added added = list_.add(site);
     if (!added.is_new) return added.id;
-    const std::vector<int>& members = list_.nodes(added.id);
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, model_->basis_size());
-    for (int node : members) rows += model_->basis.middleRows<3>(3 * Eigen::Index{node});
+    Eigen::MatrixXd rows = mean_rows(model_->basis, list_.site(added.id));
     // Rows of fixed nodes are zero but for rounding, which would pass for a motion of theirs.
     constexpr double kRounding = 1e-12;
     if (rows.norm() <= kRounding * model_->basis.cwiseAbs().maxCoeff()) rows.setZero();
-    sites_.emplace_back(*model_, tangent_, rows / static_cast<double>(members.size()));
+    sites_.emplace_back(*model_, tangent_, rows);
     return added.id;
   }
 
@@ -162,7 +160,7 @@ ReducedKinematics::ReducedKinematics(std::shared_ptr<const ReducedModel> model,
 
 ReducedKinematics::~ReducedKinematics() = default;
 
-SiteId ReducedKinematics::add_site(const std::vector<int>& nodes) { return impl_->add_site(nodes); }
+SiteId ReducedKinematics::add_site(const Site& site) { return impl_->add_site(site); }
 
 int ReducedKinematics::coordinate_count() const { return impl_->model().coordinate_count(); }
 

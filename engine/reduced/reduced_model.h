@@ -9,6 +9,7 @@
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
 #include "engine/reduced/kinematics.h"
+#include "engine/reduced/site.h"
 
 namespace limber::reduced {
 
@@ -141,9 +142,11 @@ class ReducedKinematics final : public Kinematics {
                              std::shared_ptr<const BaseMotion> base = nullptr);
   ~ReducedKinematics() override;
 
-  /// Registers (or finds) the site "mean displacement of these compact nodes": call before solving,
-  /// not during.
-  SiteId add_site(const std::vector<int>& nodes);
+  /// Registers (or finds) a site: call before solving, not during.
+  /// @throws as SiteList::add()
+  SiteId add_site(const Site& site);
+  /// The mean of a group, with equal weights.
+  SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
 
   [[nodiscard]] int coordinate_count() const override;
   [[nodiscard]] bool moves(SiteId site) const override;

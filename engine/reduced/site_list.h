@@ -2,13 +2,15 @@
 
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/reduced/kinematics.h"
+#include "engine/reduced/site.h"
 
 namespace limber::reduced {
 
-/// Sites of a body by their nodes: equal groups are one site.
+/// Sites of a body by their nodes and weights: equal ones are one site, in whatever order.
 class SiteList {
  public:
   explicit SiteList(int node_count) : node_count_(node_count) {}
@@ -17,9 +19,13 @@ class SiteList {
     SiteId id;
     bool is_new;
   };
-  /// @throws Error{kInvalidArgument} for no nodes, Error{kOutOfRange} naming the node
-  Added add(std::vector<int> nodes);
-  [[nodiscard]] const std::vector<int>& nodes(SiteId site) const { return sites_[site]; }
+  /// @throws Error{kInvalidArgument} for no nodes, or weights that are not as many, not finite or
+  /// whose sum is not 1 to 1e-9; Error{kOutOfRange} naming the node
+  Added add(Site site);
+  Added add(const std::vector<int>& nodes) { return add(Site{nodes, {}}); }
+  /// Its nodes ascending.
+  [[nodiscard]] const Site& site(SiteId site) const { return sites_[site]; }
+  [[nodiscard]] const std::vector<int>& nodes(SiteId site) const { return sites_[site].nodes; }
 
   /// @throws Error{kOutOfRange}
   void check(SiteId site) const;
@@ -27,9 +33,11 @@ class SiteList {
   void check(std::span<const SiteQuery> queries, Eigen::Index columns) const;
 
  private:
+  using Key = std::pair<std::vector<int>, std::vector<double>>;  // nodes, weights
+
   int node_count_;
-  std::vector<std::vector<int>> sites_;
-  std::map<std::vector<int>, SiteId> ids_;
+  std::vector<Site> sites_;
+  std::map<Key, SiteId> ids_;
 };
 
 }  // namespace limber::reduced

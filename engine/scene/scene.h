@@ -77,17 +77,36 @@ struct MaterialOptimisation {
   static constexpr int kMaxSlowSteps = 1000;
 };
 
-/// "In this frame, the (mean) position of these nodes is there", or their (mean) velocity is that.
+/// Whose triangles a SurfacePoint counts.
+enum class PointSurface {
+  kShown,    // the carried surface where the scene has one, else the mesh's boundary
+  kMesh,     // the boundary of the mesh, see scene::mesh_surface()
+  kCarried,  // Scene::surface
+};
+
+/// A point of a triangle: the mean of its corners with these weights.
+struct SurfacePoint {
+  int triangle = 0;
+  Eigen::Vector3d weights = {1, 0, 0};  // >= 0, their sum 1 to 1e-6; divided by it
+  PointSurface surface = PointSurface::kShown;
+};
+
+/// "In this frame, the (mean) position of these nodes is there", or their (mean) velocity is that;
+/// in place of nodes, of a point of a surface as it is shown.
 struct Constraint {
   std::uint64_t id = 0;  // 0: to be numbered by the session
   int frame = 0;
-  std::vector<int> nodes;  // source node ids, one or more; a group is held by its mean
-  unsigned axes = 7;       // bit 0: x, 1: y, 2: z
+  /// Source node ids, one or more; a group is held by its mean. One of nodes, point and
+  /// surface_vertex is given.
+  std::vector<int> nodes;
+  unsigned axes = 7;  // bit 0: x, 1: y, 2: z
   TargetKind kind = TargetKind::kDisplacement;
   Eigen::Vector3d target = {0, 0, 0};  // [scene length unit], of a velocity [scene length unit / s]
   /// gamma, > 0, of gamma/2 |miss / body length|^2, of a velocity gamma/2 |miss 1 s / body
   /// length|^2; infinity holds exactly
   double weight = 100;
+  std::optional<SurfacePoint> point;
+  std::optional<int> surface_vertex;  // of Scene::surface
 };
 
 /// "In this frame, the body has this pose", as far as its modes can (paper: space-time editing,
@@ -158,6 +177,9 @@ struct VelocitySpan {
 /// The warning for a constraint all of whose nodes are fixed.
 inline constexpr const char* kIdleNodesWarning =
     "all of them are fixed: the constraint cannot move them";
+/// The same of a point or a surface vertex.
+inline constexpr const char* kIdlePointWarning =
+    "all nodes that it moves with are fixed: the constraint cannot move it";
 
 /// Everything that is wrong with a scene (not just the first thing): meshes, materials, fixed
 /// nodes, frames, modes, constraints. Empty: a session can be opened.

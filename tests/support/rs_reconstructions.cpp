@@ -44,7 +44,7 @@ class FullRsReconstruction final : public Reconstruction {
   SiteId add_site(const std::vector<int>& nodes) override {
     const SiteList::Added added = sites_.add(nodes);
     if (!added.is_new) return added.id;
-    const Eigen::Matrix3Xd row = full_.row_of(nodes);
+    const Eigen::Matrix3Xd row = full_.row_of({nodes, {}});
     site_.map = Eigen::MatrixXd::Zero(3, kRsSize * row.cols());
     for (Eigen::Index e = 0; e < row.cols(); ++e) {
       for (int j = 0; j < 3; ++j) {

@@ -42,6 +42,32 @@ async function flower() {
   return { page, top, at: await seen(page, top) };
 }
 
+/** What the newest constraint says, and where the point is that it holds in frames of the server. */
+async function newestPoint(page) {
+  const { point, frame, target, corners } = await page.evaluate(() => {
+    const { scene, geometry } = window.limber.opened.session;
+    const { point, frame, target } = scene.constraints.at(-1);
+    const { triangle, weights, surface } = point;
+    const triangles = new Int32Array(geometry.surface.data.slice().buffer);
+    return {
+      point: { triangle, weights, surface },
+      frame,
+      target: [target.value.x, target.value.y, target.value.z],
+      corners: [...triangles.slice(3 * triangle, 3 * triangle + 3)],
+    };
+  });
+  const positions = await serverPositions(page, frame);
+  const at = (weights) =>
+    [0, 1, 2].map((axis) => corners.reduce((sum, node, k) => sum + weights[k] * positions[3 * node + axis], 0));
+  return {
+    point,
+    frame,
+    target,
+    held: at(point.weights),
+    nodes: corners.map((_, k) => at([0, 1, 2].map((i) => +(i === k)))),
+  };
+}
+
 test("a point of the flower is dragged, and the server's motion goes there", async () => {
   const { page, at } = await flower();
   assert.ok((await drawnPixels(page)) > 5000, "the flower is not drawn");
@@ -49,15 +75,10 @@ test("a point of the flower is dragged, and the server's motion goes there", asy
   const constraints = () => page.evaluate(() => window.limber.opened.session.scene.constraints.length);
   await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
   await settle(page, 1);
-  const constraint = await page.evaluate(() => {
-    const { nodes, frame, target } = window.limber.opened.session.scene.constraints.at(-1);
-    return { nodes, frame, target: [target.value.x, target.value.y, target.value.z] };
-  });
-  assert.equal(constraint.frame, FRAME);
-  const positions = await serverPositions(page, FRAME);
-  const [node] = constraint.nodes;
-  const held = positions.slice(3 * node, 3 * node + 3);
-  assert.ok(distance(held, constraint.target) < 0.02, `${held} is not near ${constraint.target}`);
+  const { frame, held, target } = await newestPoint(page);
+  assert.equal(frame, FRAME);
+  // It is soft: the constraints of the sample pull as well.
+  assert.ok(distance(held, target) < 0.04, `${held} is not near ${target}`);
   assert.match(await page.locator("[data-test=result]").textContent(), /final, converged/);
 
   // The whole drag is one step of undo, however many revisions it made.
@@ -89,12 +110,107 @@ test("a constraint is moved by its handle, changed in the panel and deleted by i
   await page.getByLabel("Hold exactly").check();
   await until(page, () => window.limber.opened.session.scene.constraints.at(-1).enforcement.case === "exact");
   await settle(page);
-  const positions = await serverPositions(page, FRAME);
-  const node = await page.evaluate(() => window.limber.opened.session.scene.constraints.at(-1).nodes[0]);
-  assert.ok(distance(positions.slice(3 * node, 3 * node + 3), await target()) < 1e-3);
+  assert.ok(distance((await newestPoint(page)).held, await target()) < 1e-3);
   await page.locator("canvas.view").focus();
   await page.keyboard.press("Delete");
   await until(page, () => window.limber.opened.session.scene.constraints.length === 20);
+  assert.deepEqual(page.faults, []);
+});
+
+test("a point that is no node is dragged, listed, dragged on where it is shown, and undone", async () => {
+  const { page } = await flower();
+  const MESH = 1;
+  // The middle of a triangle that is seen, near the top.
+  const middle = await page.evaluate((node) => {
+    const { surface } = window.limber.opened.workspace;
+    const { basis } = surface;
+    const { stage, session, frame } = window.limber.opened;
+    const triangles = new Int32Array(session.geometry.surface.data.slice().buffer);
+    const coordinates = session.motion.frame(frame);
+    const top = basis.mean([node], coordinates);
+    let best = null;
+    for (let t = 0; t < triangles.length / 3; t++) {
+      const at = basis.mean([...triangles.slice(3 * t, 3 * t + 3)], coordinates);
+      const apart = Math.hypot(...at.map((value, axis) => value - top[axis]));
+      if (best && apart >= best.apart) continue;
+      const pixel = stage.project(stage.camera.position.clone().set(...at));
+      if (surface.pickAt(pixel.x, pixel.y)?.point.triangle === t) best = { t, at, apart };
+    }
+    return best;
+  }, NODE);
+  await drag(page, await seen(page, middle.at), [-40, -12]);
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  await page.waitForTimeout(600);
+  await page.getByLabel("Hold exactly").check();
+  await until(page, () => window.limber.opened.session.scene.constraints.at(-1).enforcement.case === "exact");
+  await settle(page);
+  const { point, held, nodes, target } = await newestPoint(page);
+  assert.deepEqual([point.triangle, point.surface], [middle.t, MESH]);
+  assert.ok(
+    point.weights.every((weight) => weight > 0.2 && weight < 0.5),
+    `${point.weights} is not the middle`,
+  );
+  assert.ok(distance(held, target) < 1e-3, `${held} is not ${target}`);
+  for (const node of nodes) assert.ok(distance(node, target) > 5e-3, "a node was held");
+  assert.match(
+    await page.getByRole("group", { name: "Constraints" }).textContent(),
+    new RegExp(`point of triangle ${middle.t}, exact`),
+  );
+
+  // Where it is shown it is dragged on: no second constraint comes.
+  await drag(page, await seen(page, held), [0, 30]);
+  await until(page, (y) => window.limber.opened.session.scene.constraints.at(-1).target.value.y < y - 0.01, target[1]);
+  await settle(page);
+  const moved = await newestPoint(page);
+  assert.ok(distance(moved.held, moved.target) < 1e-3);
+  assert.deepEqual(moved.point, point);
+  assert.equal(await page.evaluate(() => window.limber.opened.session.scene.constraints.length), 21);
+  await page.locator("canvas.view").focus();
+  for (let undone = 0; undone < 3; undone++) await page.keyboard.press("Control+z");
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 20);
+  assert.deepEqual(page.faults, []);
+});
+
+test("a box is drawn around nodes, which are held as a group", async () => {
+  const { page, at } = await flower();
+  const expected = () =>
+    page.evaluate(([x, y]) => {
+      const { stage, workspace, session, frame } = window.limber.opened;
+      const { basis } = workspace.surface;
+      const triangles = new Int32Array(session.geometry.surface.data.slice().buffer);
+      const box = stage.canvas.getBoundingClientRect();
+      return [...new Set(triangles)]
+        .filter((node) => {
+          const pixel = stage.project(
+            stage.camera.position.clone().set(...basis.mean([node], session.motion.frame(frame))),
+          );
+          return Math.abs(pixel.x + box.left - x) <= 40 && Math.abs(pixel.y + box.top - y) <= 40;
+        })
+        .sort((a, b) => a - b);
+    }, at);
+  const inBox = await expected();
+  assert.ok(inBox.length > 5, `${inBox.length} nodes are in the box`);
+  await page.keyboard.down("Alt");
+  await page.keyboard.down("Shift");
+  await page.mouse.move(at[0] - 40, at[1] - 40);
+  await page.mouse.down();
+  await page.mouse.move(at[0], at[1] + 5, { steps: 4 });
+  assert.equal(await page.locator("[data-test=rectangle]").count(), 1);
+  await page.mouse.move(at[0] + 40, at[1] + 40, { steps: 4 });
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  await page.keyboard.up("Alt");
+  assert.equal(await page.locator("[data-test=rectangle]").count(), 0);
+  assert.deepEqual(await page.evaluate(() => window.limber.opened.workspace.group), inBox);
+  await page.getByRole("button", { name: "Hold here" }).click();
+  await until(page, () => window.limber.opened.session.scene.constraints.length === 21);
+  assert.deepEqual(await page.evaluate(() => window.limber.opened.session.scene.constraints.at(-1).nodes), inBox);
+  // From the ground, without Alt; where it goes around nothing, nothing is selected.
+  const box = await page.locator("canvas.view").boundingBox();
+  await page.keyboard.down("Shift");
+  await drag(page, [box.x + 8, box.y + box.height - 30], [12, 12]);
+  await page.keyboard.up("Shift");
+  assert.deepEqual(await page.evaluate(() => window.limber.opened.workspace.group), []);
   assert.deepEqual(page.faults, []);
 });
 
@@ -335,6 +451,19 @@ test("a body is drawn as the surface it carries, dragged by it, and opened anew 
     return { gpu, sent: [...new Float32Array(frames.data.data.slice().buffer)] };
   });
   assert.equal(sent.length, 27);
+  // What was dragged is a point of that surface, and the server shows it where it is to be.
+  const CARRIED = 2;
+  const { point, target, corners } = await page.evaluate(() => {
+    const { scene, geometry } = window.limber.opened.session;
+    const { point, target } = scene.constraints.at(-1);
+    const triangles = new Int32Array(geometry.carriedSurface.triangles.data.slice().buffer);
+    const corners = [...triangles.slice(3 * point.triangle, 3 * point.triangle + 3)];
+    const { weights, surface } = point;
+    return { point: { weights, surface }, target: [target.value.x, target.value.y, target.value.z], corners };
+  });
+  assert.equal(point.surface, CARRIED);
+  const held = [0, 1, 2].map((axis) => corners.reduce((sum, v, k) => sum + point.weights[k] * sent[3 * v + axis], 0));
+  assert.ok(distance(held, target) < 5e-3, `${held} is not near ${target}`);
   assert.ok(Math.max(...sent.map((value, i) => Math.abs(value - gpu[i]))) < 2e-3, `${gpu} is not ${sent}`);
   await page.selectOption("[data-test=drawn]", "mesh");
   assert.ok(await page.evaluate(() => window.limber.opened.workspace.surface.deformer.count > 100));

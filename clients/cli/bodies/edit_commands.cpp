@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "clients/cli/bodies/commands.h"
@@ -26,16 +30,47 @@ struct ConstraintOptions {
   std::uint64_t id = 0;
   unsigned frame = 0;
   std::vector<unsigned> nodes;
+  std::optional<unsigned> surface_vertex;
+  std::string surface_point;
   std::vector<double> position, displacement, velocity;
   std::optional<double> weight;
   bool exact = false;
 };
+
+/// T,W0,W1,W2: a triangle and the weights of its corners; nothing for other texts.
+std::optional<v1::SurfacePoint> surface_point(const std::string& text) {
+  v1::SurfacePoint point;
+  std::istringstream parts(text);
+  std::string part;
+  for (int i = 0; std::getline(parts, part, ','); ++i) {
+    const char* const end = part.data() + part.size();
+    std::uint32_t triangle = 0;
+    double weight = 0;
+    const auto read = i == 0 ? std::from_chars(part.data(), end, triangle)
+                             : std::from_chars(part.data(), end, weight);
+    if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+    if (i == 0)
+      point.set_triangle(triangle);
+    else
+      point.add_weights(weight);
+  }
+  if (point.weights_size() != 3 || text.ends_with(',')) return std::nullopt;
+  return point;
+}
+
+std::string check_surface_point(const std::string& text) {
+  if (surface_point(text)) return {};
+  return "a point is a triangle and the weights of its three corners, e.g. 120,0.5,0.25,0.25";
+}
 
 v1::Constraint constraint(const ConstraintOptions& options) {
   v1::Constraint message;
   message.set_id(options.id);
   message.set_frame(options.frame);
   for (const unsigned node : options.nodes) message.add_nodes(node);
+  if (options.surface_vertex) message.set_surface_vertex(*options.surface_vertex);
+  if (!options.surface_point.empty())
+    *message.mutable_point() = surface_point(options.surface_point).value();
   for (const char axis : options.axes)
     message.add_axes(axis == 'x' ? v1::AXIS_X : axis == 'y' ? v1::AXIS_Y : v1::AXIS_Z);
   if (!options.position.empty())
@@ -58,10 +93,17 @@ std::string check_axes(const std::string& axes) {
 }
 
 void add_constraint_options(CLI::App& command, ConstraintOptions& options) {
-  command
-      .add_option("--node,--nodes", options.nodes,
-                  "Node ids, from 0; several are held by their mean")
-      ->required();
+  auto* held = command.add_option_group("held", "What is held");
+  held->add_option("--node,--nodes", options.nodes,
+                   "Node ids, from 0; several are held by their mean");
+  held->add_option("--surface-vertex", options.surface_vertex,
+                   "A vertex, from 0, of the surface that the scene names");
+  held->add_option(
+          "--surface-point", options.surface_point,
+          "T,W0,W1,W2: the point of triangle T, from 0, with these weights of its corners, "
+          "whose sum is 1; of the surface that the scene names, else of the mesh's")
+      ->check(CLI::Validator(check_surface_point, "POINT"));
+  held->require_option(1);
   command.add_option("--frame", options.frame, "Frame, from 0")->required();
   auto* target =
       command.add_option_group("target", "Where the node (or mean) shall be, or how it shall move");
@@ -102,7 +144,9 @@ void add_constraint_command(CLI::App& app, Context& context) {
       app, "add", "Add a constraint: in this frame, this node is there, or moves so",
       "limber add flower --node 12 --frame 40 --displacement 0 0 0.2\n"
       "  limber add flower --node 3 4 5 --frame 60 --position 1 0.5 0 --axes xy --exact\n"
-      "  limber add flower --node 12 --frame 50 --velocity 0 0 1.5");
+      "  limber add flower --node 12 --frame 50 --velocity 0 0 1.5\n"
+      "  limber add cow --surface-vertex 120 --frame 40 --displacement 0 0.1 0\n"
+      "  limber add cow --surface-point 7,0.5,0.25,0.25 --frame 60 --position 0 1 0.2 --exact");
   command->add_option("session", options->session, "Session")->required();
   add_constraint_options(*command, *options);
   command->callback([&context, options] {

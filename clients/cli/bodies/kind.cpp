@@ -122,7 +122,14 @@ std::string BodyKind::summary(const v1::GetSessionResponse& session) const {
                      words(v1::EndCondition_Name(session.scene().last_end()), "END_CONDITION_"));
 }
 
+/// What it holds: nodes, or "triangle 7 (0.5, 0.25, 0.25)", or "vertex 12" of a surface.
 std::string node_list(const v1::Constraint& constraint) {
+  if (constraint.has_surface_vertex()) return fmt::format("vertex {}", constraint.surface_vertex());
+  if (constraint.has_point()) {
+    const auto& weights = constraint.point().weights();
+    return fmt::format("triangle {} ({:.3g})", constraint.point().triangle(),
+                       fmt::join(weights.begin(), weights.end(), ", "));
+  }
   std::string text;
   for (int i = 0; i < constraint.nodes_size() && i < 4; ++i)
     text += fmt::format("{}{}", i > 0 ? "," : "", constraint.nodes(i));
@@ -156,7 +163,7 @@ std::vector<std::string> row(const v1::Constraint& constraint) {
 
 std::string BodyKind::conditions(const v1::GetSessionResponse& session) const {
   if (session.scene().constraints().empty()) return "";
-  Table table({"id", "frame", "nodes", "axes", "kind", "target", "weight"});
+  Table table({"id", "frame", "holds", "axes", "kind", "target", "weight"});
   for (const auto& constraint : session.scene().constraints()) table.add(row(constraint));
   return table.text();
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "clients/cpp/array_numbers.h"
 #include "clients/cpp/opening.h"
 
 namespace limber::client {
@@ -124,6 +125,58 @@ Positions BodySession::positions() {
   if (!geometry_ || geometry_->basis_hash() != newest.basis_hash())
     geometry_ = geometry_message(newest.basis_hash());
   return decode(newest, &*geometry_);
+}
+
+v1::GetGeometryResponse BodySession::geometry_with_surface() {
+  auto wanted = request<v1::GetGeometryRequest>();
+  wanted.set_with_surface(true);
+  return client().call(wanted);
+}
+
+std::vector<float> BodySession::positions_in(std::uint32_t frame, v1::Encoding encoding) {
+  FrameOptions options;
+  options.encoding = encoding;
+  options.first = frame;
+  options.count = 1;
+  return decode(frames(options), nullptr).values;
+}
+
+DrawnSurface BodySession::surface(std::optional<std::uint32_t> frame, v1::PointSurface surface) {
+  const v1::GetGeometryResponse geometry = geometry_with_surface();
+  if (surface == v1::POINT_SURFACE_CARRIED && !geometry.has_carried_surface()) {
+    throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "surface",
+                      "the session's scene names no surface");
+  }
+  const bool is_carried = geometry.has_carried_surface() && surface != v1::POINT_SURFACE_MESH;
+  const v1::CarriedSurface& carried = geometry.carried_surface();
+  DrawnSurface drawn;
+  drawn.surface = is_carried ? v1::POINT_SURFACE_CARRIED : v1::POINT_SURFACE_MESH;
+  drawn.triangles = numbers<std::int32_t>(is_carried ? carried.triangles() : geometry.surface(),
+                                          v1::DATA_TYPE_INT32, 2, "triangles");
+  drawn.vertices =
+      frame ? positions_in(*frame, is_carried ? v1::ENCODING_SURFACE : v1::ENCODING_POSITIONS)
+            : numbers<float>(is_carried ? carried.vertices() : geometry.rest(),
+                             v1::DATA_TYPE_FLOAT32, 2, "vertices");
+  return drawn;
+}
+
+PickedPoint BodySession::nearest_surface_point(const Vector& position,
+                                               std::optional<std::uint32_t> frame,
+                                               v1::PointSurface which) {
+  return nearest_point(surface(frame, which), position);
+}
+
+std::vector<std::uint32_t> BodySession::nodes_in_box(const Vector& low, const Vector& high,
+                                                     std::optional<std::uint32_t> frame) {
+  const v1::GetGeometryResponse geometry = geometry_message();
+  const auto positions = frame ? positions_in(*frame, v1::ENCODING_POSITIONS)
+                               : numbers<float>(geometry.rest(), v1::DATA_TYPE_FLOAT32, 2, "rest");
+  std::vector<char> is_used(positions.size() / 3, 0);
+  for (const auto node : numbers<std::int32_t>(geometry.tets(), v1::DATA_TYPE_INT32, 2, "tets"))
+    is_used.at(static_cast<std::size_t>(node)) = 1;
+  std::vector<std::uint32_t> nodes = points_in_box(positions, low, high);
+  std::erase_if(nodes, [&](std::uint32_t node) { return is_used[node] == 0; });
+  return nodes;
 }
 
 std::uint64_t BodySession::solve_cold() {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/cpp/bodies/picking.h"
 #include "clients/cpp/frames.h"
 #include "clients/cpp/open_session.h"
 
@@ -76,6 +77,19 @@ class BodySession : public OpenSession {
 
   /// Positions of all frames of the newest result.
   [[nodiscard]] Positions positions();
+  // Picking: at rest, or in a frame of the newest result.
+  /// @param surface  UNSPECIFIED: that which the scene names, else the mesh's
+  /// @throws ClientError FAILED_PRECONDITION where the scene names none and CARRIED is asked for
+  [[nodiscard]] DrawnSurface surface(std::optional<std::uint32_t> frame = {},
+                                     v1::PointSurface surface = v1::POINT_SURFACE_UNSPECIFIED);
+  /// The point of a surface that is nearest to a position, for Constraint.point.
+  [[nodiscard]] PickedPoint nearest_surface_point(
+      const Vector& position, std::optional<std::uint32_t> frame = {},
+      v1::PointSurface surface = v1::POINT_SURFACE_UNSPECIFIED);
+  /// Nodes of tets in a box with sides along the axes, its faces included, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> nodes_in_box(const Vector& low, const Vector& high,
+                                                        std::optional<std::uint32_t> frame = {});
+
   /// Solves the problem again from the base motion; the better of the two motions stays.
   /// @returns the job
   std::uint64_t solve_cold();
@@ -85,6 +99,9 @@ class BodySession : public OpenSession {
   void look_at(std::uint32_t first_frame, std::uint32_t frame_count = 0);
 
  private:
+  [[nodiscard]] v1::GetGeometryResponse geometry_with_surface();
+  [[nodiscard]] std::vector<float> positions_in(std::uint32_t frame, v1::Encoding encoding);
+
   std::optional<v1::GetGeometryResponse> geometry_;  // of the newest basis seen
 };
 

@@ -24,6 +24,7 @@ from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, r
 from .bodies.material import Material, Mode
 from .bodies.modal import Modal
 from .bodies.motions import base_motion
+from .bodies.picking import SurfacePoint
 from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
 from .bodies.session import Constraint, Session
@@ -62,7 +63,7 @@ __all__ = [
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionPage", "Shape", "Simulation", "StartingGrid",
-    "StreamedFrames", "Target", "add",
+    "StreamedFrames", "SurfacePoint", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",

@@ -27,7 +27,9 @@ constexpr double kFar = 0.05;
 constexpr double kRounding = 1e-12;
 constexpr int kVerticesAtOnce = 256;
 
-class Tets {
+}  // namespace
+
+class Embedder::Tets {
  public:
   Tets(const Eigen::Matrix3Xd& nodes, const bodies::TetNodes& tets) : nodes_(nodes), tets_(tets) {
     std::vector<int> order(static_cast<std::size_t>(tets.cols()));
@@ -49,6 +51,8 @@ class Tets {
     Eigen::BVMinimize(tree_, search);
     return search.found;
   }
+
+  [[nodiscard]] Eigen::Vector4i corners(int tet) const { return tets_.col(tet); }
 
   /// Barycentric coordinates of x.
   [[nodiscard]] Vector4d weights(int tet, const Vector3d& x) const {
@@ -98,22 +102,29 @@ class Tets {
   TetTree tree_;
 };
 
-}  // namespace
+Embedder::Embedder(const Eigen::Matrix3Xd& nodes, const bodies::TetNodes& tets)
+    : tets_(std::make_unique<const Tets>(nodes, tets)) {}
+Embedder::~Embedder() = default;
+
+Embedder::Place Embedder::place(const Vector3d& point) const {
+  const Tets::Nearest nearest = tets_->nearest(point);
+  return {tets_->corners(nearest.tet), tets_->weights(nearest.tet, point),
+          std::sqrt(nearest.squared_distance)};
+}
 
 SurfaceEmbedding embed_surface(const Eigen::Matrix3Xd& nodes, const bodies::TetNodes& tets,
                                const Eigen::Matrix3Xd& vertices) {
-  const Tets mesh(nodes, tets);
+  const Embedder mesh(nodes, tets);
   SurfaceEmbedding embedding;
   embedding.nodes.resize(4, vertices.cols());
   embedding.weights.resize(4, vertices.cols());
   Eigen::VectorXd distances(vertices.cols());
   parallel_for(vertices.cols(), kVerticesAtOnce, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v) {
-      const Vector3d x = vertices.col(v);
-      const Tets::Nearest nearest = mesh.nearest(x);
-      embedding.nodes.col(v) = tets.col(nearest.tet);
-      embedding.weights.col(v) = mesh.weights(nearest.tet, x);
-      distances(v) = std::sqrt(nearest.squared_distance);
+      const Embedder::Place place = mesh.place(vertices.col(v));
+      embedding.nodes.col(v) = place.nodes;
+      embedding.weights.col(v) = place.weights;
+      distances(v) = place.distance;
     }
   });
   const double extent = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();

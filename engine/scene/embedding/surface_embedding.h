@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 
 #include "engine/bodies/tet_mesh.h"
@@ -17,6 +18,27 @@ struct SurfaceEmbedding {
   double outside_distance = 0;  // largest distance of one from the tets [length of the nodes]
 
   [[nodiscard]] int vertex_count() const { return static_cast<int>(nodes.cols()); }
+};
+
+/// Finds the tets that single points hang on.
+class Embedder {
+ public:
+  /// Both outlive this. @param nodes  3 x n
+  /// @param tets  of volume, >= 1; of either orientation
+  Embedder(const Eigen::Matrix3Xd& nodes, const bodies::TetNodes& tets);
+  ~Embedder();
+
+  struct Place {
+    Eigen::Vector4i nodes;
+    Eigen::Vector4d weights;
+    double distance = 0;  // of the point from the tets
+  };
+  /// Thread-safe; the same as a column of embed_surface().
+  [[nodiscard]] Place place(const Eigen::Vector3d& point) const;
+
+ private:
+  class Tets;
+  std::unique_ptr<const Tets> tets_;
 };
 
 /// Rest positions are met in every vertex, inside the mesh or not, to rounding.

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <map>
-#include <ranges>
 #include <utility>
 #include <variant>
 
 #include "engine/base/error.h"
+#include "engine/scene/embedding/surface_points.h"
 
 namespace limber::session {
 namespace {
@@ -16,7 +16,7 @@ std::size_t bytes_of_group(const ChangeGroup& group) {
   for (const Change& change : group) {
     const auto* constraint = std::get_if<ConstraintChange>(&change);
     if (constraint != nullptr && constraint->value)
-      bytes += constraint->value->nodes.size() * sizeof(int);
+      bytes += scene::node_count_of(*constraint->value) * sizeof(int);
     const auto* keyframe = std::get_if<KeyframeChange>(&change);
     if (keyframe != nullptr && keyframe->value)
       bytes += static_cast<std::size_t>(keyframe->value->pose->size()) * sizeof(double);
@@ -81,12 +81,12 @@ ChangeGroup merged(std::span<const Change> changes) {
   if (changes.size() == 1) return {changes.front()};
   ChangeGroup group;  // newest first
   std::map<Thing, std::size_t> places;
-  for (const Change& change : std::views::reverse(changes)) {
-    const auto [place, is_new] = places.emplace(thing_of(change), group.size());
+  for (auto change = changes.rbegin(); change != changes.rend(); ++change) {
+    const auto [place, is_new] = places.emplace(thing_of(*change), group.size());
     if (is_new) {
-      group.push_back(change);
+      group.push_back(*change);
     } else {
-      follow_by(group[place->second], change);
+      follow_by(group[place->second], *change);
     }
   }
   std::reverse(group.begin(), group.end());

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/error.h"
 
@@ -21,8 +22,10 @@ void demand_range(const char* field, double value, double low, double high, cons
 
 }  // namespace
 
-ConstraintRules::ConstraintRules(const scene::Scene& scene)
+ConstraintRules::ConstraintRules(const scene::Scene& scene,
+                                 std::shared_ptr<const scene::SurfacePoints> points)
     : frame_count_(scene.frame_count),
+      points_(points ? std::move(points) : std::make_shared<const scene::SurfacePoints>(scene)),
       reach_(0),
       used_(scene.mesh.nodes.cols(), 0),
       fixed_(scene.mesh.nodes.cols(), 0) {
@@ -50,7 +53,7 @@ ConstraintRules::ConstraintRules(const scene::Scene& scene)
 
 void ConstraintRules::check(const scene::Constraint& constraint) const {
   check_frame(constraint.frame);
-  check_nodes(constraint.nodes);
+  check_place(constraint);
   check_axes(constraint.axes);
   if (constraint.kind != scene::TargetKind::kDisplacement &&
       constraint.kind != scene::TargetKind::kPosition &&
@@ -93,16 +96,27 @@ std::vector<scene::Issue> ConstraintRules::warnings(const scene::Constraint& con
   std::vector<scene::Issue> found;
   if (const auto text = scene::idle_frame_warning(constraint, frame_count_, first, last))
     found.push_back({kWarning, "frame", *text});
-  const auto& nodes = constraint.nodes;
-  if (std::all_of(nodes.begin(), nodes.end(), [&](int node) { return fixed_[node] != 0; }))
-    found.push_back({kWarning, "nodes", scene::kIdleNodesWarning});
+  const scene::NodeMean held = points_->nodes_of(constraint);
+  if (scene::is_fixed(held, [&](int node) { return fixed_[node] != 0; })) {
+    const char* const field = constraint.point            ? "point"
+                              : constraint.surface_vertex ? "surface_vertex"
+                                                          : "nodes";
+    found.push_back({kWarning, field,
+                     held.weights.empty() ? scene::kIdleNodesWarning : scene::kIdlePointWarning});
+  }
   return found;
 }
 
+bool ConstraintRules::can_check_place(const scene::Constraint& constraint) const {
+  return points_->can_check(constraint);
+}
+
+void ConstraintRules::check_place(const scene::Constraint& constraint) const {
+  points_->check(constraint);
+  if (!constraint.nodes.empty()) check_nodes(constraint.nodes);
+}
+
 void ConstraintRules::check_nodes(const std::vector<int>& nodes) const {
-  if (nodes.empty()) {
-    throw Error(ErrorCode::kInvalidArgument, "nodes", "a constraint needs at least one node");
-  }
   const int count = static_cast<int>(used_.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (nodes[i] < 0 || nodes[i] >= count) {

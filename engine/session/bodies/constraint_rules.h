@@ -1,7 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "engine/scene/embedding/surface_points.h"
 #include "engine/scene/scene.h"
 
 namespace limber::session {
@@ -14,7 +16,10 @@ class ConstraintRules {
   static constexpr double kFarthestTarget = 1e6;  // [body lengths], velocities: a second
   static constexpr double kLeastWeight = 1e-30;
 
-  explicit ConstraintRules(const scene::Scene& scene);
+  /// @param points  of the scene, or of one with its mesh and surface; null: of its own, and the
+  /// scene outlives this
+  explicit ConstraintRules(const scene::Scene& scene,
+                           std::shared_ptr<const scene::SurfacePoints> points = nullptr);
 
   void check(const scene::Constraint& constraint) const;
   void check_target(const Eigen::Vector3d& target) const;
@@ -23,7 +28,10 @@ class ConstraintRules {
 
   // The parts of check() and check_dynamics(), for whoever wants all that is wrong.
   void check_frame(int frame) const;
-  void check_nodes(const std::vector<int>& nodes) const;
+  /// What is held: nodes, a point or a surface vertex.
+  void check_place(const scene::Constraint& constraint) const;
+  /// False where the mesh cannot be prepared and the constraint is on its surface.
+  [[nodiscard]] bool can_check_place(const scene::Constraint& constraint) const;
   static void check_axes(unsigned axes);
   static void check_weight(double weight);
   static void check_frames_per_second(const scene::Dynamics& dynamics);
@@ -37,6 +45,9 @@ class ConstraintRules {
 
  private:
   int frame_count_;
+  void check_nodes(const std::vector<int>& nodes) const;
+
+  std::shared_ptr<const scene::SurfacePoints> points_;
   double reach_;             // bound of |target_axis| [scene length unit], velocities: a second
   std::vector<char> used_;   // per source node
   std::vector<char> fixed_;  // per source node

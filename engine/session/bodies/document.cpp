@@ -108,7 +108,7 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
     note(prefix, [&] { ConstraintRules::check_axes(constraint.axes); });
     note(prefix, [&] { ConstraintRules::check_weight(constraint.weight); });
     if (!body) continue;  // no node is in range, no target in reach
-    note(prefix, [&] { rules.check_nodes(constraint.nodes); });
+    if (rules.can_check_place(constraint)) note(prefix, [&] { rules.check_place(constraint); });
     note(prefix, [&] { rules.check_target(constraint.target); });
   }
   return issues;
@@ -130,44 +130,61 @@ struct Document::Request {
   }
 };
 
+/// A scene in parts: what edits change, and the rest.
+struct Document::Opened {
+  explicit Opened(scene::Scene scene)
+      : keyframes(scene), constraints(std::move(scene.constraints)) {
+    scene.constraints.clear();
+    scene.keyframes.clear();
+    unedited = std::make_shared<const scene::Scene>(std::move(scene));
+  }
+
+  KeyframeSet keyframes;
+  std::vector<scene::Constraint> constraints;
+  std::shared_ptr<const scene::Scene> unedited;
+};
+
 Document::Document(scene::Scene scene, DocumentLimits limits)
+    : Document(Opened(std::move(scene)), limits) {}
+
+Document::Document(Opened opened, DocumentLimits limits)
     : limits_(limits),
-      rules_(scene),
-      first_end_(scene.first_end),
-      last_end_(scene.last_end),
-      dynamics_(scene.dynamics),
-      material_{scene.material_optimisation.variables, 0},
-      keyframes_(scene) {
+      unedited_(std::move(opened.unedited)),
+      points_(std::make_shared<const scene::SurfacePoints>(*unedited_)),
+      rules_(*unedited_, points_),
+      first_end_(unedited_->first_end),
+      last_end_(unedited_->last_end),
+      dynamics_(unedited_->dynamics),
+      material_{unedited_->material_optimisation.variables, 0},
+      keyframes_(std::move(opened.keyframes)) {
+  std::vector<scene::Constraint>& constraints = opened.constraints;
   limits_.validate();
   rules_.check_ends(first_end_, last_end_);
   under("dynamics.", [&] { ConstraintRules::check_dynamics(dynamics_); });
-  check_model(scene);
-  if (scene.constraints.size() > static_cast<std::size_t>(limits_.max_constraints)) {
+  check_model(*unedited_);
+  if (constraints.size() > static_cast<std::size_t>(limits_.max_constraints)) {
     throw Error(ErrorCode::kLimitExceeded, "constraints",
-                fmt::format("{} constraints, the limit is {}", scene.constraints.size(),
+                fmt::format("{} constraints, the limit is {}", constraints.size(),
                             limits_.max_constraints));
   }
-  for (std::size_t i = 0; i < scene.constraints.size(); ++i) {
-    const scene::Constraint& constraint = scene.constraints[i];
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    const scene::Constraint& constraint = constraints[i];
     under(fmt::format("constraints[{}].", i).c_str(), [&] {
       rules_.check(constraint);
-      demand_room(constraint.nodes.size());
+      demand_room(scene::node_count_of(constraint));
     });
-    nodes_ += constraint.nodes.size();
+    nodes_ += scene::node_count_of(constraint);
     if (constraint.id != 0 && !constraints_.emplace(constraint.id, constraint).second) {
       throw Error(ErrorCode::kAlreadyExists, fmt::format("constraints[{}].id", i),
                   fmt::format("id {} is taken by an earlier constraint", constraint.id));
     }
   }
   for (const auto& [id, constraint] : constraints_) next_id_ = id + 1;
-  for (scene::Constraint& constraint : scene.constraints) {
+  for (scene::Constraint& constraint : constraints) {
     if (constraint.id != 0) continue;
     number(constraint);
     constraints_.emplace(constraint.id, constraint);
   }
-  scene.constraints.clear();
-  scene.keyframes.clear();
-  unedited_ = std::make_shared<const scene::Scene>(std::move(scene));
 }
 
 std::vector<scene::Constraint> Document::constraint_list() const {
@@ -215,6 +232,14 @@ EditReceipt Document::apply(const std::vector<BodyEdit>& edits, std::optional<Re
   }
   receipt.revision = ++revision_;
   return receipt;
+}
+
+void Document::prepare(const std::vector<BodyEdit>& edits) const {
+  for (const BodyEdit& edit : edits) {
+    if (const auto* added = std::get_if<AddConstraint>(&edit)) points_->prepare(added->constraint);
+    if (const auto* replaced = std::get_if<ReplaceConstraint>(&edit))
+      points_->prepare(replaced->constraint);
+  }
 }
 
 bool Document::is_long(const std::vector<BodyEdit>& edits) const {
@@ -325,8 +350,9 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
           demand_known(e.constraint.id, "constraint.id");
           under("constraint.", [&] {
             rules_.check(e.constraint);
-            const std::size_t held = constraints_.at(e.constraint.id).nodes.size();
-            if (e.constraint.nodes.size() > held) demand_room(e.constraint.nodes.size() - held);
+            const std::size_t held = scene::node_count_of(constraints_.at(e.constraint.id));
+            const std::size_t asked = scene::node_count_of(e.constraint);
+            if (asked > held) demand_room(asked - held);
           });
           make(ConstraintChange{e.constraint.id, e.constraint}, request);
           return {e.constraint.id, 0};
@@ -373,7 +399,7 @@ std::uint64_t Document::add(const scene::Constraint& added_value, Request& reque
                                  constraints_.size(), limits_.max_constraints),
                      static_cast<std::uint64_t>(limits_.max_constraints), constraints_.size() + 1);
   }
-  under("constraint.", [&] { demand_room(added_value.nodes.size()); });
+  under("constraint.", [&] { demand_room(scene::node_count_of(added_value)); });
   scene::Constraint constraint = added_value;
   if (constraint.id == 0) {
     number(constraint);
@@ -472,14 +498,14 @@ Change Document::exchange(Change change) {
     const auto held = constraints_.find(constraint->id);
     if (held == constraints_.end()) {
       LIMBER_DEMAND(constraint->value.has_value());
-      nodes_ += constraint->value->nodes.size();
+      nodes_ += scene::node_count_of(*constraint->value);
       constraints_.emplace(constraint->id, std::move(*constraint->value));
       constraint->value.reset();  // the inverse: gone again
     } else if (constraint->value) {
-      nodes_ += constraint->value->nodes.size() - held->second.nodes.size();
+      nodes_ += scene::node_count_of(*constraint->value) - scene::node_count_of(held->second);
       std::swap(*constraint->value, held->second);
     } else {
-      nodes_ -= held->second.nodes.size();
+      nodes_ -= scene::node_count_of(held->second);
       constraint->value = std::move(held->second);
       constraints_.erase(held);
     }

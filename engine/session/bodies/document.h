@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/scene/embedding/surface_points.h"
 #include "engine/scene/scene.h"
 #include "engine/session/bodies/change_steps.h"
 #include "engine/session/bodies/changes.h"
@@ -47,6 +48,9 @@ class Document {
   EditReceipt apply(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
                     Touched& touched);
 
+  /// Does what the first such edits take long for: where points of surfaces are in the mesh. For
+  /// any thread, while others use the document.
+  void prepare(const std::vector<BodyEdit>& edits) const;
   /// May apply() take longer than a copy of this?
   [[nodiscard]] bool is_long(const std::vector<BodyEdit>& edits) const;
   /// Takes over what edits have made of a copy, and leaves it what there was.
@@ -71,10 +75,16 @@ class Document {
   /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints and
   /// keyframes are empty, its ends and dynamics are those at opening.
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
+  /// Of unedited().
+  [[nodiscard]] const std::shared_ptr<const scene::SurfacePoints>& surface_points() const {
+    return points_;
+  }
 
  private:
+  struct Opened;
   struct Request;
 
+  Document(Opened opened, DocumentLimits limits);
   TouchedIds apply_edit(const BodyEdit& edit, Request& request);
   [[nodiscard]] std::vector<scene::Issue> warnings(const std::vector<BodyEdit>& edits,
                                                    const EditReceipt& receipt) const;
@@ -94,8 +104,9 @@ class Document {
   void demand_known(std::uint64_t id, const char* field) const;
 
   DocumentLimits limits_;
-  ConstraintRules rules_;
   std::shared_ptr<const scene::Scene> unedited_;
+  std::shared_ptr<const scene::SurfacePoints> points_;
+  ConstraintRules rules_;
   scene::End first_end_, last_end_;
   scene::Dynamics dynamics_;
   MaterialChange material_;

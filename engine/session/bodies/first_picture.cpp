@@ -15,8 +15,9 @@ constexpr int kMaxSteps = 10;  // of the solver for one picture: the build waits
 
 }  // namespace
 
-FirstPicture::FirstPicture(const scene::Scene& scene, const MappedBody& mapped,
-                           const reduced::ModelOptions& options,
+FirstPicture::FirstPicture(const scene::Scene& scene,
+                           std::shared_ptr<const scene::SurfacePoints> points,
+                           const MappedBody& mapped, const reduced::ModelOptions& options,
                            const spacetime::SolverOptions& solver, const JobContext& job) {
   LIMBER_DEMAND(scene.base_motion.size() == 0);
   model_ = std::make_shared<const reduced::ReducedModel>(
@@ -27,7 +28,8 @@ FirstPicture::FirstPicture(const scene::Scene& scene, const MappedBody& mapped,
   shown_ = std::move(shown);
   const int modes = model_->coordinate_count() - model_->rigid_count;
   problem_ = std::make_unique<LiveProblem>(
-      model_, nullptr, TargetFrame(scene, mapped), std::make_unique<KeyframeTargets>(scene, model_),
+      model_, nullptr, TargetFrame(scene, mapped, std::move(points)),
+      std::make_unique<KeyframeTargets>(scene, model_),
       ProblemTerms{scene.frame_count, std::min(scene.model.mode_count, modes),
                    scene.material_optimisation},
       solver);

@@ -12,11 +12,11 @@ namespace limber::session {
 /// (reduced::build_first_model), solved anew when edits come. Driven by the session's task.
 class FirstPicture {
  public:
-  /// @param scene  outlives this; without base motion
+  /// @param scene  outlives this; without base motion; @param points  of it
   /// @throws Error as build_first_model()
-  FirstPicture(const scene::Scene& scene, const MappedBody& mapped,
-               const reduced::ModelOptions& options, const spacetime::SolverOptions& solver,
-               const JobContext& job);
+  FirstPicture(const scene::Scene& scene, std::shared_ptr<const scene::SurfacePoints> points,
+               const MappedBody& mapped, const reduced::ModelOptions& options,
+               const spacetime::SolverOptions& solver, const JobContext& job);
 
   [[nodiscard]] const std::shared_ptr<const ShownBasis>& shown() const { return shown_; }
 

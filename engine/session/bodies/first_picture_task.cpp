@@ -26,7 +26,8 @@ void BodySession::Impl::begin_picture(const MappedBody& mapped,
       is_large)
     return;
   try {
-    auto picture = std::make_unique<FirstPicture>(scene, mapped, options, options_.solver, job);
+    auto picture = std::make_unique<FirstPicture>(scene, document_.surface_points(), mapped,
+                                                  options, options_.solver, job);
     auto compact = std::make_shared<const std::vector<int>>(mapped.compact_of_source);
     {
       const std::lock_guard lock(mutex_);

@@ -55,7 +55,7 @@ FullBody::Shown FullBody::show(const std::shared_ptr<const Eigen::MatrixXd>& bef
   std::vector<reduced::HeldSite> sites;
   for (const HeldFrame& one : held) {
     const auto at = std::lower_bound(frames.begin(), frames.end(), one.frame);
-    if (one.nodes) sites.push_back({static_cast<int>(at - frames.begin()), one.nodes});
+    if (one.site) sites.push_back({static_cast<int>(at - frames.begin()), one.site});
   }
   reduced::FrameProjectionOptions projection{options.tolerance, options.max_columns};
   Shown shown;

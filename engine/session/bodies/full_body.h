@@ -22,10 +22,10 @@ struct BodyParts {
   std::shared_ptr<const reduced::FullReconstruction> reconstruction;
 };
 
-/// A frame that is always reconstructed, and the nodes that are held in it, if any.
+/// A frame that is always reconstructed, and what is held in it, if anything.
 struct HeldFrame {
   int frame = 0;
-  std::shared_ptr<const std::vector<int>> nodes;  // compact; null: of a keyframe
+  std::shared_ptr<const reduced::Site> site;  // null: of a keyframe
 };
 
 /// Which frames are reconstructed in full, and the basis they are shown through.

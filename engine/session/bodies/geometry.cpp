@@ -1,7 +1,7 @@
 #include "engine/session/bodies/geometry.h"
 
 #include "engine/base/hash.h"
-#include "engine/bodies/boundary_surface.h"
+#include "engine/scene/embedding/surface_points.h"
 
 namespace limber::session {
 
@@ -10,13 +10,7 @@ Geometry rest_geometry(const scene::Scene& scene, const MappedBody& mapped) {
   geometry.rest = scene.mesh.nodes;
   geometry.tets = scene.mesh.tets;
   // From the prepared tets: they are oriented, and a face between merged duplicates is no boundary.
-  geometry.surface = bodies::boundary_surface(mapped.body.mesh.tets);
-  for (Eigen::Index t = 0; t < geometry.surface.cols(); ++t) {
-    for (int c = 0; c < 3; ++c) {
-      int& node = geometry.surface(c, t);
-      node = mapped.source_of_compact[static_cast<std::size_t>(node)];
-    }
-  }
+  geometry.surface = scene::mesh_surface(mapped.body.mesh.tets, mapped.source_of_compact);
   geometry.repairs = mapped.repairs;
   geometry.warnings = mapped.warnings;
   return geometry;

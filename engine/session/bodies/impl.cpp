@@ -56,6 +56,7 @@ EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
   std::optional<Document> edited;
   return change(
       [&] {
+        document_.prepare(edits);
         if (!document_.is_long(edits)) return;
         edited.emplace(document_);
         receipt = edited->apply(edits, expected, touched);

@@ -183,9 +183,9 @@ void LiveProblem::set_shift(std::shared_ptr<const reduced::FrameShift> shift) {
 std::vector<HeldFrame> LiveProblem::held_frames() const {
   std::vector<HeldFrame> frames;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    const auto& nodes = held_.at(constraint.id).nodes;
-    frames.push_back({constraint.frame, nodes});
-    if (constraint.since) frames.push_back({*constraint.since, nodes});
+    const auto& site = held_.at(constraint.id).site;
+    frames.push_back({constraint.frame, site});
+    if (constraint.since) frames.push_back({*constraint.since, site});
   }
   for (const scene::Keyframe& keyframe : keyframes_) frames.push_back({keyframe.frame, nullptr});
   return frames;
@@ -226,7 +226,7 @@ std::optional<double> LiveProblem::high_frequency_share(const spacetime::Materia
 ModeProblem LiveProblem::mode_problem(const scene::Dynamics& dynamics) const {
   ModeProblem problem;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints())
-    problem.constraints.emplace_back(constraint, held_.at(constraint.id).nodes);
+    problem.constraints.emplace_back(constraint, held_.at(constraint.id).site);
   problem.timeline = solver_->timeline();
   problem.weight_scale = solver_->weight_scale();
   problem.dynamics = dynamics;
@@ -236,7 +236,7 @@ ModeProblem LiveProblem::mode_problem(const scene::Dynamics& dynamics) const {
 CheckRequest LiveProblem::check_request() const {
   CheckRequest request;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    request.targets.push_back({constraint.frame, constraint.since, held_.at(constraint.id).nodes,
+    request.targets.push_back({constraint.frame, constraint.since, held_.at(constraint.id).site,
                                constraint.axes, constraint.target,
                                constraint.weight == spacetime::PositionConstraint::kExact});
   }
@@ -261,12 +261,12 @@ void LiveProblem::set_frame_rate(double frames_per_second) {
 
 void LiveProblem::set(const scene::Constraint& constraint) {
   Held held;
-  held.nodes = std::make_shared<const std::vector<int>>(targets_.compact_nodes(constraint.nodes));
-  held.origin = targets_.origin(constraint.kind, *held.nodes);
+  held.site = std::make_shared<const reduced::Site>(targets_.site(constraint));
+  held.origin = targets_.origin(constraint.kind, *held.site);
   spacetime::PositionConstraint mapped;
   mapped.id = constraint.id;
   mapped.frame = constraint.frame;
-  mapped.site = kinematics_->add_site(*held.nodes);
+  mapped.site = kinematics_->add_site(*held.site);
   mapped.axes = constraint.axes;
   mapped.weight = constraint.weight;  // infinity is kExact
   if (constraint.kind == scene::TargetKind::kVelocity) {
@@ -280,7 +280,7 @@ void LiveProblem::set(const scene::Constraint& constraint) {
     }
   }
   mapped.target = map_target(constraint.target, held);
-  note_site(mapped.site, held.nodes->size());
+  note_site(mapped.site, held.site->nodes.size());
   if (held_.contains(constraint.id)) {
     solver_->replace(mapped);
   } else {
@@ -327,7 +327,7 @@ void LiveProblem::note_site(int site, std::size_t nodes) {
 bool LiveProblem::mostly_unused_sites() const {
   if (site_count_ <= limits_.sites && site_nodes_ <= limits_.nodes) return false;
   std::size_t used = 0;
-  for (const auto& [id, held] : held_) used += held.nodes->size();
+  for (const auto& [id, held] : held_) used += held.site->nodes.size();
   return held_.size() < static_cast<std::size_t>(limits_.sites) / 4 && used <= limits_.nodes / 4;
 }
 
@@ -336,9 +336,9 @@ void LiveProblem::shed_sites() {
   const double scale = solver_->weight_scale();
   make_solver(spacetime::Timeline(solver_->timeline()));
   for (auto constraint : constraints) {
-    const std::vector<int>& nodes = *held_.at(constraint.id).nodes;
-    constraint.site = kinematics_->add_site(nodes);
-    note_site(constraint.site, nodes.size());
+    const reduced::Site& site = *held_.at(constraint.id).site;
+    constraint.site = kinematics_->add_site(site);
+    note_site(constraint.site, site.nodes.size());
     solver_->add(constraint);
   }
   for (const auto& [id, keyframe] : projected_) solver_->add_keyframe(keyframe);

@@ -131,9 +131,9 @@ class LiveProblem {
     int steps = 0;
   };
   struct Held {
-    Eigen::Vector3d origin;                         // taken off targets [scene units]
-    std::shared_ptr<const std::vector<int>> nodes;  // compact
-    std::optional<scene::Constraint> velocity;      // as it was set; its frames are those of a rate
+    Eigen::Vector3d origin;  // taken off targets [scene units]
+    std::shared_ptr<const reduced::Site> site;
+    std::optional<scene::Constraint> velocity;  // as it was set; its frames are those of a rate
   };
 
   /// A target of the scene in the solver's terms: [m], of a velocity [m/frame].

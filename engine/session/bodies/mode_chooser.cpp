@@ -141,9 +141,9 @@ ModeChooser::Optimum ModeChooser::optimum(const ModeRequest& request, const Shar
   const spacetime::Material material = map_material(problem.dynamics, modes, *model);
   spacetime::Solver solver(kinematics, material.dynamics, problem.timeline, solver_,
                            material.mixing);
-  for (const auto& [constraint, nodes] : problem.constraints) {
+  for (const auto& [constraint, site] : problem.constraints) {
     spacetime::PositionConstraint own = constraint;
-    own.site = kinematics->add_site(*nodes);
+    own.site = kinematics->add_site(*site);
     solver.add(own);
   }
   solver.set_weight_scale(problem.weight_scale);

@@ -20,8 +20,8 @@ struct BodyResult;
 
 /// The problem of an exact answer, without its modes: the same for any number of them.
 struct ModeProblem {
-  /// With the nodes of their sites, compact; `site` means nothing.
-  std::vector<std::pair<spacetime::PositionConstraint, std::shared_ptr<const std::vector<int>>>>
+  /// With their sites; the id `site` means nothing.
+  std::vector<std::pair<spacetime::PositionConstraint, std::shared_ptr<const reduced::Site>>>
       constraints;
   spacetime::Timeline timeline;
   double weight_scale = 1;

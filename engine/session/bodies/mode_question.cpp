@@ -6,7 +6,7 @@ namespace limber::session {
 
 ModeQuestion mode_question(const ModeProblem& problem, double energy) {
   ModeQuestion question;
-  for (const auto& [constraint, nodes] : problem.constraints) question.groups.insert(*nodes);
+  for (const auto& [constraint, site] : problem.constraints) question.groups.insert(site->nodes);
   question.constraints = problem.constraints.size();
   question.timeline = problem.timeline;
   question.dynamics = problem.dynamics;

@@ -10,7 +10,7 @@ namespace limber::session {
 
 /// What the number of modes was chosen for, so that it is not asked again for each small edit.
 struct ModeQuestion {
-  std::set<std::vector<int>> groups;  // of nodes that constraints hold, compact
+  std::set<std::vector<int>> groups;  // of nodes that sites are means of, compact
   std::size_t constraints = 0;
   spacetime::Timeline timeline;
   scene::Dynamics dynamics;

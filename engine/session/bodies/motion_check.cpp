@@ -261,8 +261,7 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
     const std::optional<int> at = column_of(target.frame);
     const std::optional<int> since = target.since ? column_of(*target.since) : std::nullopt;
     if (!at || since.has_value() != target.since.has_value()) continue;
-    shown.targets.push_back(
-        {*at, target.nodes, target.axes, target.target, target.is_exact, since});
+    shown.targets.push_back({*at, target.site, target.axes, target.target, target.is_exact, since});
   }
   MotionCheck check;
   check.error = reduced::motion_error(*full_, shown, job);

@@ -60,7 +60,7 @@ struct CheckRequest {
   struct Target {
     int frame = 0;
     std::optional<int> since;  // of a velocity: the frame from which it is measured
-    std::shared_ptr<const std::vector<int>> nodes;  // compact
+    std::shared_ptr<const reduced::Site> site;
     unsigned axes = 7;
     Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m], or velocity [m/frame]
     bool is_exact = false;

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "engine/base/clauses.h"
 #include "engine/base/error.h"
@@ -180,30 +182,51 @@ Eigen::MatrixXd map_displacements(const scene::Scene& scene,
   return mapped;
 }
 
-TargetFrame::TargetFrame(const scene::Scene& scene, const MappedBody& mapped)
+TargetFrame::TargetFrame(const scene::Scene& scene, const MappedBody& mapped,
+                         std::shared_ptr<const scene::SurfacePoints> points)
     : rest_(scene.mesh.nodes),
+      points_(points ? std::move(points) : std::make_shared<const scene::SurfacePoints>(scene)),
       compact_of_source_(mapped.compact_of_source),
       source_of_compact_(mapped.source_of_compact),
       unit_(scene.length_unit_in_metres) {}
 
-std::vector<int> TargetFrame::compact_nodes(const std::vector<int>& source_nodes) const {
-  std::vector<int> compact;
-  compact.reserve(source_nodes.size());
-  for (const int node : source_nodes)
-    compact.push_back(compact_of_source_.at(static_cast<std::size_t>(node)));
-  if (compact.size() < 2) return compact;
-  std::sort(compact.begin(), compact.end());
-  compact.erase(std::unique(compact.begin(), compact.end()), compact.end());
-  return compact;
+reduced::Site TargetFrame::site(const scene::Constraint& constraint) const {
+  const scene::NodeMean mean = points_->nodes_of(constraint);
+  reduced::Site site;
+  if (mean.weights.empty()) {
+    site.nodes.reserve(mean.nodes.size());
+    for (const int node : mean.nodes)
+      site.nodes.push_back(compact_of_source_.at(static_cast<std::size_t>(node)));
+    std::sort(site.nodes.begin(), site.nodes.end());
+    site.nodes.erase(std::unique(site.nodes.begin(), site.nodes.end()), site.nodes.end());
+    return site;
+  }
+  std::map<int, double> weights;
+  double sum = 0;
+  for (std::size_t i = 0; i < mean.nodes.size(); ++i)
+    weights[compact_of_source_.at(static_cast<std::size_t>(mean.nodes[i]))] += mean.weights[i];
+  for (const auto& [node, weight] : weights) sum += weight;
+  for (const auto& [node, weight] : weights) {
+    if (weight == 0) continue;
+    site.nodes.push_back(node);
+    site.weights.push_back(weight / sum);
+  }
+  if (site.nodes.size() == 1) site.weights.clear();
+  return site;
 }
 
-Eigen::Vector3d TargetFrame::origin(scene::TargetKind kind,
-                                    const std::vector<int>& compact_nodes) const {
+Eigen::Vector3d TargetFrame::origin(scene::TargetKind kind, const reduced::Site& site) const {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   if (kind != scene::TargetKind::kPosition) return mean;
-  for (const int node : compact_nodes)
-    mean += rest_.col(source_of_compact_[static_cast<std::size_t>(node)]);
-  return mean / static_cast<double>(compact_nodes.size());
+  const auto rest = [&](std::size_t i) {
+    return rest_.col(source_of_compact_[static_cast<std::size_t>(site.nodes[i])]);
+  };
+  if (site.weights.empty()) {
+    for (std::size_t i = 0; i < site.nodes.size(); ++i) mean += rest(i);
+    return mean / static_cast<double>(site.nodes.size());
+  }
+  for (std::size_t i = 0; i < site.nodes.size(); ++i) mean += site.weights[i] * rest(i);
+  return mean;
 }
 
 Eigen::Vector3d TargetFrame::displacement(const Eigen::Vector3d& target,

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "engine/bodies/elastic_body.h"
 #include "engine/bodies/mesh_validation.h"
 #include "engine/reduced/reduced_model.h"
+#include "engine/reduced/site.h"
+#include "engine/scene/embedding/surface_points.h"
 #include "engine/scene/scene.h"
 #include "engine/session/bodies/length_unit.h"
 #include "engine/spacetime/material.h"
@@ -62,26 +65,29 @@ struct MappedBody {
 [[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
                                               const std::vector<int>& source_of_compact);
 
-/// Where targets of a scene's constraints are measured from. Merged duplicates count once in the
-/// mean of a group.
+/// What a scene's constraints hold, and where their targets are measured from. Merged duplicates
+/// count once in the mean of a group.
 class TargetFrame {
  public:
   /// @param scene  outlives this
-  TargetFrame(const scene::Scene& scene, const MappedBody& mapped);
+  /// @param points  of the scene; null: of its own
+  TargetFrame(const scene::Scene& scene, const MappedBody& mapped,
+              std::shared_ptr<const scene::SurfacePoints> points = nullptr);
 
-  /// Compact ids of the group, sorted, each once: the same group is the same site however it was
-  /// written.
-  [[nodiscard]] std::vector<int> compact_nodes(const std::vector<int>& source_nodes) const;
-  /// What to take off a target of this kind to get a displacement [scene units]: the group's mean
-  /// rest position, or 0.
-  [[nodiscard]] Eigen::Vector3d origin(scene::TargetKind kind,
-                                       const std::vector<int>& compact_nodes) const;
+  /// What a constraint holds. Of a group compact ids, sorted, each once: the same group is the same
+  /// site however it was written. Of a point or a surface vertex the nodes that it moves with, each
+  /// once, with their weights; where it moves with one alone, that node.
+  [[nodiscard]] reduced::Site site(const scene::Constraint& constraint) const;
+  /// What to take off a target of this kind to get a displacement [scene units]: the rest position
+  /// of the site, or 0.
+  [[nodiscard]] Eigen::Vector3d origin(scene::TargetKind kind, const reduced::Site& site) const;
   /// [m] from rest.
   [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& target,
                                              const Eigen::Vector3d& origin) const;
 
  private:
   const bodies::NodePositions& rest_;
+  std::shared_ptr<const scene::SurfacePoints> points_;
   std::vector<int> compact_of_source_, source_of_compact_;
   LengthUnit unit_;
 };

@@ -92,8 +92,9 @@ std::unique_ptr<LiveProblem> BodySession::Impl::make_problem(
   const scene::Scene& scene = *document_.unedited();
   auto keyframes = std::make_unique<KeyframeTargets>(scene, model);
   return std::make_unique<LiveProblem>(
-      std::move(model), std::move(base), TargetFrame(scene, mapped), std::move(keyframes),
-      ProblemTerms{scene.frame_count, modes, scene.material_optimisation}, options_.solver);
+      std::move(model), std::move(base), TargetFrame(scene, mapped, document_.surface_points()),
+      std::move(keyframes), ProblemTerms{scene.frame_count, modes, scene.material_optimisation},
+      options_.solver);
 }
 
 std::shared_ptr<const ShownBasis> BodySession::Impl::make_shown(

@@ -29,6 +29,48 @@ unsigned axis_bits(const proto::Constraint& message, const std::string& field) {
   return axes;
 }
 
+scene::PointSurface decode_surface(proto::PointSurface surface, const std::string& field) {
+  switch (surface) {
+    case proto::POINT_SURFACE_UNSPECIFIED:
+      return scene::PointSurface::kShown;
+    case proto::POINT_SURFACE_MESH:
+      return scene::PointSurface::kMesh;
+    case proto::POINT_SURFACE_CARRIED:
+      return scene::PointSurface::kCarried;
+    default:
+      throw invalid(field, "no such surface");
+  }
+}
+
+proto::PointSurface encode_surface(scene::PointSurface surface) {
+  switch (surface) {
+    case scene::PointSurface::kShown:
+      return proto::POINT_SURFACE_UNSPECIFIED;
+    case scene::PointSurface::kMesh:
+      return proto::POINT_SURFACE_MESH;
+    case scene::PointSurface::kCarried:
+      return proto::POINT_SURFACE_CARRIED;
+  }
+  return proto::POINT_SURFACE_UNSPECIFIED;
+}
+
+scene::SurfacePoint decode_point(const proto::SurfacePoint& message, const std::string& field,
+                                 Faults& faults) {
+  scene::SurfacePoint point;
+  point.triangle = kNoIndex;
+  faults.try_to([&] { point.triangle = decode_index(message.triangle(), field + ".triangle"); });
+  faults.try_to([&] { point.surface = decode_surface(message.surface(), field + ".surface"); });
+  faults.try_to([&] {
+    if (message.weights_size() != 3) {
+      throw invalid(field + ".weights", fmt::format("three are needed, one for each corner of the "
+                                                    "triangle; there are {}",
+                                                    message.weights_size()));
+    }
+    point.weights = {message.weights(0), message.weights(1), message.weights(2)};
+  });
+  return point;
+}
+
 void decode_target(const proto::Constraint& message, const std::string& field,
                    scene::Constraint& constraint) {
   switch (message.target_case()) {
@@ -69,6 +111,14 @@ scene::Constraint decode_constraint(const proto::Constraint& message, const std:
     constraint.nodes[static_cast<std::size_t>(i)] =
         decode_index(message.nodes(i), fmt::format("{}.nodes[{}]", field, i));
   });
+  if (message.has_point())
+    constraint.point = decode_point(message.point(), field + ".point", faults);
+  if (message.has_surface_vertex()) {
+    constraint.surface_vertex = kNoIndex;
+    faults.try_to([&] {
+      constraint.surface_vertex = decode_index(message.surface_vertex(), field + ".surface_vertex");
+    });
+  }
   faults.try_to([&] { constraint.axes = axis_bits(message, field); });
   faults.try_to([&] { decode_target(message, field, constraint); });
   if (message.enforcement_case() == proto::Constraint::kWeight) {
@@ -84,6 +134,14 @@ proto::Constraint encode_constraint(const scene::Constraint& constraint) {
   message.set_id(constraint.id);
   message.set_frame(static_cast<std::uint32_t>(constraint.frame));
   for (const int node : constraint.nodes) message.add_nodes(static_cast<std::uint32_t>(node));
+  if (constraint.point) {
+    auto* const point = message.mutable_point();
+    point->set_triangle(static_cast<std::uint32_t>(constraint.point->triangle));
+    for (const double weight : constraint.point->weights) point->add_weights(weight);
+    point->set_surface(encode_surface(constraint.point->surface));
+  }
+  if (constraint.surface_vertex)
+    message.set_surface_vertex(static_cast<std::uint32_t>(*constraint.surface_vertex));
   if (constraint.axes != 7) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       if ((constraint.axes >> axis & 1u) != 0) message.add_axes(static_cast<proto::Axis>(axis + 1));

@@ -118,6 +118,44 @@ TEST_F(BodyClient, ConstraintsAreAddedMovedReplacedAndRemoved) {
   EXPECT_EQ(body.redo().revision(), 7U);
 }
 
+TEST_F(BodyClient, PointsOfTheSurfaceArePickedAndHeld) {
+  const Vector middle_of_end{kCells, 0.5, 0.3};
+  const PickedPoint picked = body.nearest_surface_point({kCells + 2.0, 0.5, 0.3});
+  EXPECT_EQ(picked.point.surface(), v1::POINT_SURFACE_MESH);
+  EXPECT_NEAR(picked.distance, 2, 1e-6);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(picked.position[axis], middle_of_end[axis], 1e-6);
+  v1::Constraint constraint;
+  constraint.set_frame(20);
+  *constraint.mutable_point() = picked.point;
+  constraint.mutable_displacement()->set_z(0.4);
+  constraint.set_exact(true);
+  body.add(constraint);
+  body.wait();
+  EXPECT_EQ(body.constraints().at(0).point().DebugString(), picked.point.DebugString());
+  // Where it is shown now.
+  const DrawnSurface shown = body.surface(20);
+  double x = 0, y = 0, z = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double weight = picked.point.weights(static_cast<int>(k));
+    const auto vertex = static_cast<std::size_t>(shown.triangles[3 * picked.point.triangle() + k]);
+    x += weight * shown.vertices[3 * vertex];
+    y += weight * shown.vertices[3 * vertex + 1];
+    z += weight * shown.vertices[3 * vertex + 2];
+  }
+  EXPECT_NEAR(x, kCells, 1e-5);
+  EXPECT_NEAR(y, 0.5, 1e-5);
+  EXPECT_NEAR(z, 0.7, 1e-5);
+  EXPECT_EQ(body.nearest_surface_point({x, y, z}, 20).distance < 1e-5, true);
+  EXPECT_EQ(refusal([&] { (void)body.surface({}, v1::POINT_SURFACE_CARRIED); }).field(), "surface");
+}
+
+TEST_F(BodyClient, NodesArePickedByABox) {
+  EXPECT_THAT(body.nodes_in_box({kCells - 0.5, -1, 0.5}, {kCells + 1, 2, 2}),
+              ::testing::ElementsAre(kTip - 1, kTip));
+  EXPECT_THAT(body.nodes_in_box({10, 10, 10}, {11, 11, 11}), ::testing::IsEmpty());
+}
+
 TEST_F(BodyClient, DynamicsThatAreNotGivenStay) {
   DynamicsChange change;
   change.damping_ratio = 0.25;

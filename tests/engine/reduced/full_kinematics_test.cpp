@@ -32,17 +32,19 @@ struct Bare {
   }
 };
 
-Eigen::Vector3d mean_of(const std::vector<int>& nodes, const Eigen::VectorXd& u) {
+Eigen::Vector3d mean_of(const Site& site, const Eigen::VectorXd& u) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const int node : nodes) mean += u.segment<3>(3 * Eigen::Index{node});
-  return mean / static_cast<double>(nodes.size());
+  for (std::size_t i = 0; i < site.nodes.size(); ++i)
+    mean += site.weight(i) * u.segment<3>(3 * Eigen::Index{site.nodes[i]});
+  return mean;
 }
 
 /// Values against whole reconstructions, Jacobians against fourth-order differences of them.
 void expect_full_values(const Bare& bare, const Eigen::MatrixXd& base) {
   FullKinematics kinematics(bare.body, bare.model, bare.full, base);
   FullShapes shapes(bare.body, bare.model, base);
-  const std::vector<std::vector<int>> groups = {{31}, {5, 17, 40}, {23}};
+  const std::vector<Site> groups = {
+      {{31}, {}}, {{5, 17, 40}, {}}, {{23}, {}}, {{31, 17, 8}, {0.7, -0.2, 0.5}}};
   std::vector<SiteId> sites;
   sites.reserve(groups.size());
   for (const auto& group : groups) sites.push_back(kinematics.add_site(group));
@@ -54,7 +56,7 @@ void expect_full_values(const Bare& bare, const Eigen::MatrixXd& base) {
   };
   // More queries of one column than a pass takes along.
   std::vector<SiteQuery> queries = {{sites[2], 0}, {sites[0], 3}};
-  for (int i = 0; i < 10; ++i) queries.push_back({sites[static_cast<std::size_t>(i % 3)], 2});
+  for (int i = 0; i < 10; ++i) queries.push_back({sites[static_cast<std::size_t>(i % 4)], 2});
   Eigen::Matrix3Xd u;
   Eigen::MatrixXd jacobian;
   kinematics.evaluate(frames, z, queries, u, &jacobian);
@@ -171,7 +173,7 @@ TEST(FullKinematics, SitesCountAsThoseOfTheReducedModel) {
   EXPECT_EQ(kinematics.add_site({31, 12}), 1);
   EXPECT_EQ(kinematics.add_site({30}), 0);
   EXPECT_EQ(kinematics.add_site({12, 31}), 1);
-  EXPECT_THROW(kinematics.add_site({}), Error);
+  EXPECT_THROW(kinematics.add_site(std::vector<int>()), Error);
   EXPECT_THROW(kinematics.add_site({bare.body.mesh.node_count()}), Error);
   EXPECT_THROW(static_cast<void>(kinematics.moves(2)), Error);
   Eigen::Matrix3Xd u;

@@ -76,19 +76,24 @@ void expect_plain_values(const std::shared_ptr<const ReducedModel>& model,
   const std::vector<int> group = {5, 17, 40};
   const SiteId tip = kinematics.add_site({31}), patch = kinematics.add_site(group);
   EXPECT_EQ(tip, kinematics.add_site({31}));
+  const SiteId point = kinematics.add_site(Site{{40, 5, 17}, {0.7, 0.5, -0.2}});
   EXPECT_NE(tip, patch);
-  const std::vector<SiteQuery> queries = {{tip, 4}, {patch, 4}, {tip, 0}, {patch, 6}, {tip, 4}};
+  EXPECT_NE(point, patch);
+  const std::vector<SiteQuery> queries = {{tip, 4},   {patch, 4}, {tip, 0},  {patch, 6},
+                                          {point, 4}, {tip, 4},   {point, 1}};
   Eigen::Matrix3Xd u;
   Eigen::MatrixXd jacobian;
   kinematics.evaluate(frames, z, queries, u, &jacobian);
-  ASSERT_EQ(5, u.cols());
-  ASSERT_EQ(15, jacobian.rows());
+  ASSERT_EQ(7, u.cols());
+  ASSERT_EQ(21, jacobian.rows());
   ASSERT_EQ(model->coordinate_count(), jacobian.cols());
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 7; ++i) {
     const auto value = [&](const Eigen::VectorXd& at) -> Eigen::Vector3d {
       const Eigen::VectorXd all =
           plain_displacements(*model, base.get(), frames[queries[i].column], at);
       if (queries[i].site == tip) return all.segment<3>(93);
+      if (queries[i].site == point)
+        return 0.5 * all.segment<3>(15) - 0.2 * all.segment<3>(51) + 0.7 * all.segment<3>(120);
       return (all.segment<3>(15) + all.segment<3>(51) + all.segment<3>(120)) / 3;
     };
     const Eigen::VectorXd at = z.col(queries[i].column);
@@ -195,7 +200,7 @@ TEST(ReducedKinematics, RigidRotationOfAFreeBodyIsExact) {
 TEST(ReducedKinematics, WrongSitesAndFramesAreRefused) {
   const auto model = beam_model();
   ReducedKinematics kinematics(model, std::make_shared<const BaseMotion>(some_base(*model, 3)));
-  EXPECT_THROW((void)kinematics.add_site({}), Error);
+  EXPECT_THROW((void)kinematics.add_site(std::vector<int>()), Error);
   EXPECT_THROW((void)kinematics.add_site({0, model->node_count}), Error);
   EXPECT_THROW((void)kinematics.add_site({-1}), Error);
   const SiteId site = kinematics.add_site({0});

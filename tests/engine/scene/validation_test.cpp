@@ -143,6 +143,24 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
        }},
       {"constraints[1].nodes", [](Scene& s) { s.constraints[1].nodes = {s.fixed_nodes[0]}; },
        Issue::Severity::kWarning},
+      {"constraints[1].point", [](Scene& s) { s.constraints[1].point = SurfacePoint(); }},
+      {"constraints[1].surface_vertex", [](Scene& s) { s.constraints[1].surface_vertex = 0; }},
+      {"constraints[1].point.triangle",
+       [](Scene& s) {
+         s.constraints[1].nodes.clear();
+         s.constraints[1].point = SurfacePoint{100000, {1, 0, 0}};
+       },
+       kError, ErrorCode::kOutOfRange},
+      {"constraints[1].point.weights",
+       [](Scene& s) {
+         s.constraints[1].nodes.clear();
+         s.constraints[1].point = SurfacePoint{0, {0.5, 0.4, 0}};
+       }},
+      {"constraints[1].point.surface",
+       [](Scene& s) {
+         s.constraints[1].nodes.clear();
+         s.constraints[1].point = SurfacePoint{0, {1, 0, 0}, PointSurface::kCarried};
+       }},
       {"constraints[2].axes", [](Scene& s) { s.constraints[2].axes = 0; }},
       {"constraints[2].axes", [](Scene& s) { s.constraints[2].axes = 8; }},
       {"constraints[0].target", [](Scene& s) { s.constraints[0].target[2] = kNan; }},

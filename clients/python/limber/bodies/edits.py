@@ -9,6 +9,7 @@ from .. import checks
 from ..edits import PartialEdit, Vector, vector
 from ..errors import invalid
 from ..messages import scene, service
+from .picking import SurfacePointLike, to_message
 
 Axes = Union[str, None]  # "x", "yz", ...; None: all three
 
@@ -21,15 +22,18 @@ ENDS = {
 
 
 def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
+               surface_point: SurfacePointLike | None = None, surface_vertex: int | None = None,
                position: Vector | None = None, displacement: Vector | None = None, velocity: Vector | None = None,
                axes: Axes = None, weight: float | None = None, exact: bool = False, id: int = 0) -> "scene.Constraint":
     """"In this frame, the mean position of these nodes is there", or their mean velocity is that.
 
+    node, nodes, surface_point: a SurfacePoint, or (triangle, (w0, w1, w2)) of the surface that is shown (with a third
+    member "mesh" or "carried": of that one), or surface_vertex: of the surface that the scene names (exactly one of the four);
     position: a point of the mesh's space; displacement: from the rest position [length unit]; velocity: of the shown
     frames, (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s] (exactly one of the three); weight: gamma > 0 of a soft constraint (default 100); exact: hold exactly instead.
     """
-    if (node is None) == (nodes is None):
-        raise invalid("nodes", "give either node or nodes")
+    if sum(what is not None for what in (node, nodes, surface_point, surface_vertex)) != 1:
+        raise invalid("nodes", "give one of node, nodes, surface_point and surface_vertex")
     targets = {"position": position, "displacement": displacement, "velocity": velocity}
     given = [(name, target) for name, target in targets.items() if target is not None]
     if len(given) != 1:
@@ -37,7 +41,12 @@ def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | No
     if checks.flag(exact, "exact") and weight is not None:
         raise invalid("weight", "an exact constraint has no weight")
     message = scene.Constraint(id=_id(id), frame=checks.whole(frame, "frame"))
-    message.nodes.extend([checks.whole(node, "node")] if nodes is None else checks.wholes(nodes, "nodes"))
+    if surface_point is not None:
+        message.point.CopyFrom(to_message(surface_point))
+    elif surface_vertex is not None:
+        message.surface_vertex = checks.whole(surface_vertex, "surface_vertex")
+    else:
+        message.nodes.extend([checks.whole(node, "node")] if nodes is None else checks.wholes(nodes, "nodes"))
     if axes is not None:
         message.axes.extend(_axes(axes))
     name, target = given[0]

@@ -20,13 +20,14 @@ from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
 from ..player import Played
 from ..results import Result
-from . import edits, playing, strains, tet_materials
+from . import edits, picking, playing, strains, tet_materials
 from .embedding import Embedding
 from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
 from .material import Material
 from .modal import Modal
 from .modal import of as of_session
+from .picking import SurfacePoint, SurfacePointLike
 
 
 class Constraint:
@@ -47,7 +48,16 @@ class Constraint:
 
     @property
     def nodes(self) -> tuple[int, ...]:
+        """Of a group; of a point or a vertex of a surface none."""
         return tuple(self.message.nodes)
+
+    @property
+    def surface_point(self) -> SurfacePoint | None:
+        return picking.from_message(self.message.point) if self.message.HasField("point") else None
+
+    @property
+    def surface_vertex(self) -> int | None:
+        return self.message.surface_vertex if self.message.HasField("surface_vertex") else None
 
     @property
     def kind(self) -> str:
@@ -93,8 +103,12 @@ class Constraint:
         return self.session.edit([edits.remove(self)])
 
     def __repr__(self) -> str:
-        nodes = self.nodes if len(self.nodes) <= 4 else f"{len(self.nodes)} nodes"
-        return f"Constraint(id={self.id}, frame={self.frame}, nodes={nodes}, {self.kind}={self.target})"
+        held = f"nodes={self.nodes if len(self.nodes) <= 4 else f'{len(self.nodes)} nodes'}"
+        if (point := self.surface_point) is not None:
+            held = f"surface_point=({point.triangle}, {point.weights})"
+        elif self.surface_vertex is not None:
+            held = f"surface_vertex={self.surface_vertex}"
+        return f"Constraint(id={self.id}, frame={self.frame}, {held}, {self.kind}={self.target})"
 
 
 class Session(OpenSession):
@@ -156,16 +170,20 @@ class Session(OpenSession):
             time.sleep(random.uniform(0, 0.01))  # two that do the same must not meet again and again
 
     def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
+            surface_point: SurfacePointLike | None = None, surface_vertex: int | None = None,
             position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
             velocity: Sequence[float] | None = None, axes: edits.Axes = None, weight: float | None = None,
             exact: bool = False) -> Constraint:
-        """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that.
+        """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that; or that of a point
+        as it is shown: surface_point=(triangle, (w0, w1, w2)) of the surface that the scene names, else of that of the mesh
+        (see nearest_surface_point()), or surface_vertex=, a vertex of the surface that the scene names.
 
         position: a point of the mesh's space, or displacement: from rest [length unit], or velocity: of the shown frames,
         (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s]; axes: which count, e.g. "xz";
         weight: gamma > 0 of a soft constraint (default 100), or exact=True.
         """
-        message = edits.constraint(frame=frame, node=node, nodes=nodes, position=position, displacement=displacement,
+        message = edits.constraint(frame=frame, node=node, nodes=nodes, surface_point=surface_point,
+                                   surface_vertex=surface_vertex, position=position, displacement=displacement,
                                    velocity=velocity, axes=axes, weight=weight, exact=exact)
         receipt = self.edit([service.Edit(add=service.AddConstraint(constraint=message))])
         message.id = receipt.constraint_ids[0]
@@ -253,6 +271,48 @@ class Session(OpenSession):
             if message.HasField("carried_surface"):
                 self._carried_surface = CarriedSurface.from_message(message.carried_surface)
         return self._carried_surface
+
+    # ---- picking: at rest, or in a frame of the newest result ----
+
+    def nearest_node(self, position: Sequence[float], frame: int | None = None) -> int:
+        """Of the nodes of tets, the one nearest to a position [length unit]."""
+        used, nodes = self._pickable(frame)
+        return int(used[np.linalg.norm(nodes - picking.point_of(position, "position"), axis=1).argmin()])
+
+    def nodes_in_box(self, low: Sequence[float], high: Sequence[float], frame: int | None = None) -> list[int]:
+        """Ids of the nodes of tets that are in a box along the axes, its faces included [length unit]."""
+        used, nodes = self._pickable(frame)
+        return used[picking.nodes_in_box(nodes, low, high)].tolist()
+
+    def nearest_surface_point(self, position: Sequence[float], frame: int | None = None, surface: str = "shown") -> SurfacePoint:
+        """The point of a surface that is nearest to a position [length unit]: of the one that the scene names, else of the
+        mesh's ("mesh", "carried": of that one in any case)."""
+        vertices, triangles, surface = self._drawn(frame, surface)
+        at = picking.point_of(position, "position")
+        triangle, weights, point = picking.nearest_point(at, vertices, triangles)
+        return SurfacePoint(triangle, tuple(weights.tolist()), surface, tuple(point.tolist()), float(np.linalg.norm(point - at)))
+
+    def nearest_surface_vertex(self, position: Sequence[float], frame: int | None = None) -> int:
+        """Of the surface that the scene names, the vertex nearest to a position [length unit]."""
+        vertices, _, _ = self._drawn(frame, "carried")
+        return int(np.linalg.norm(vertices - picking.point_of(position, "position"), axis=1).argmin())
+
+    def _pickable(self, frame: int | None) -> "tuple[np.ndarray, np.ndarray]":
+        geometry = self.geometry()
+        used = np.unique(geometry.tets)
+        return used, (geometry.rest if frame is None else self._frame(frame))[used]
+
+    def _drawn(self, frame: int | None, surface: str) -> "tuple[np.ndarray, np.ndarray, str]":
+        if surface not in picking.SURFACES:
+            raise invalid("surface", f"a surface is one of {', '.join(picking.SURFACES)}, not {surface!r}")
+        carried = None if surface == "mesh" else self._find_carried_surface()
+        if surface == "carried":
+            carried = self.carried_surface()
+        if carried is not None:
+            vertices = carried.vertices if frame is None else carried.positions(self._frame(frame)[None])[0]
+            return vertices, carried.triangles, "carried"
+        geometry = self.geometry()
+        return geometry.rest if frame is None else self._frame(frame), geometry.surface, "mesh"
 
     def carried_obj(self) -> ObjSurface | None:
         """The surface that the scene names, as its .obj says; of another file, one of its triangles. None: there is none."""

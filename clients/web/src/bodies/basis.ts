@@ -37,18 +37,24 @@ export class Basis {
     return made;
   }
 
-  /** Mean position of some nodes. */
-  mean(nodes: readonly number[], coordinates: Float32Array): [number, number, number] {
+  /** Mean position of some nodes; with weights, whose sum is 1, their weighted mean. */
+  mean(
+    nodes: readonly number[],
+    coordinates: Float32Array,
+    weights: readonly number[] | null = null,
+  ): [number, number, number] {
     const sum: [number, number, number] = [0, 0, 0];
     const one = [0, 0, 0];
-    for (const node of nodes) {
+    nodes.forEach((node, i) => {
+      const weight = weights ? (weights[i] ?? 0) : 1 / nodes.length;
+      if (weight === 0) return;
       this.position(node, coordinates, one);
-      for (let axis = 0; axis < 3; axis++) sum[axis as 0] += (one[axis] ?? 0) / nodes.length;
-    }
+      for (let axis = 0; axis < 3; axis++) sum[axis as 0] += weight * (one[axis] ?? 0);
+    });
     return sum;
   }
 
-  restMean(nodes: readonly number[]): [number, number, number] {
-    return this.mean(nodes, new Float32Array(this.columns));
+  restMean(nodes: readonly number[], weights: readonly number[] | null = null): [number, number, number] {
+    return this.mean(nodes, new Float32Array(this.columns), weights);
   }
 }

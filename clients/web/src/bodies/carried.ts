@@ -48,6 +48,15 @@ export class Carried {
     return out;
   }
 
+  /** The four nodes of a vertex and their weights. */
+  weightedNodes(vertex: number): { nodes: number[]; weights: number[] } {
+    const corners = [0, 1, 2, 3].map((c) => 4 * vertex + c);
+    return {
+      nodes: corners.map((c) => this.nodes[this.corners[c] ?? 0] ?? 0),
+      weights: corners.map((c) => this.weights[c] ?? 0),
+    };
+  }
+
   /** The node that a vertex follows most. */
   nodeOf(vertex: number): number {
     let best = 4 * vertex;

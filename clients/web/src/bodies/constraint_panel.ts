@@ -1,6 +1,7 @@
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
 import { button, el, field, number } from "../controls/dom";
-import { AXES, type ConstraintInit, copy, describeNodes } from "./targets";
+import { describePlace, placeOf } from "./places";
+import { AXES, type ConstraintInit, copy } from "./targets";
 
 export interface ConstraintActions {
   replace(constraint: ConstraintInit): void;
@@ -26,7 +27,7 @@ export function constraintPanel(constraint: Constraint, unit: string, actions: C
   const isExact = enforcement.case === "exact" && enforcement.value;
   const weight = enforcement.case === "weight" ? enforcement.value : DEFAULT_WEIGHT;
   const made = el("div", { class: "form" });
-  made.append(el("p", {}, `${describeNodes(constraint.nodes)}, constraint ${constraint.id}`));
+  made.append(el("p", {}, `${describePlace(placeOf(constraint))}, constraint ${constraint.id}`));
   made.append(
     field(
       "Frame",

@@ -8,21 +8,27 @@ import {
   MeshLambertMaterial,
   type Ray,
   Raycaster,
+  Triangle,
   Vector2,
   Vector3,
   type WebGLProgramParametersWithUniforms,
 } from "three";
+import { PointSurface } from "../../gen/limber/v1/scene_pb";
 import type { GetGeometryResponse } from "../../gen/limber/v1/service_pb";
 import type { Stage } from "../view/stage";
 import { integers } from "../wire/arrays";
 import { Basis } from "./basis";
 import { Carried } from "./carried";
 import { Deformer } from "./deformer";
+import { type Place, type WeightedNodes, weightedNodes } from "./places";
 
 /** A point of the body under the pointer. */
 export interface BodyHit {
+  /** The nearest: of a carried surface that which its nearest vertex follows most. */
   node: number;
-  /** Of that node, as shown. */
+  /** The very point, as a constraint names it. */
+  point: { triangle: number; weights: number[]; surface: PointSurface };
+  /** Of that point, as shown. */
   position: Vector3;
 }
 
@@ -39,6 +45,8 @@ export class BodySurface {
   /** Of the boundary of the tets. */
   private boundary = new Uint32Array(0);
   private boundaryTriangles = new Uint32Array(0);
+  /** Its triangles, of nodes. */
+  private meshTriangles = new Uint32Array(0);
   private length = 1;
   private shown: Float32Array = new Float32Array(0);
 
@@ -51,6 +59,7 @@ export class BodySurface {
     this.basis = new Basis(geometry.rest, geometry.basis);
     if (geometry.carriedSurface && !this.carried) this.carried = new Carried(geometry.carriedSurface);
     const surface = integers(geometry.surface);
+    this.meshTriangles = Uint32Array.from(surface);
     const used = [...new Set(surface)].sort((a, b) => a - b);
     this.boundary = Uint32Array.from(used);
     const compact = new Map(used.map((node, i) => [node, i]));
@@ -83,6 +92,11 @@ export class BodySurface {
     this.stage.invalidate();
   }
 
+  /** The nodes that what a constraint holds moves with. */
+  held(place: Place): WeightedNodes {
+    return weightedNodes(place, { triangles: this.meshTriangles, carried: this.carried });
+  }
+
   private get drawn(): Carried | null {
     return this.isCarriedWanted ? this.carried : null;
   }
@@ -102,7 +116,7 @@ export class BodySurface {
     return drawn.positions(basis.positions(drawn.nodes, this.shown), new Float32Array(3 * drawn.vertices));
   }
 
-  /** The node nearest to where a ray meets the surface: of a carried one that which its nearest vertex follows most. */
+  /** Where a ray meets the surface first. */
   pick(raycaster: Raycaster): BodyHit | null {
     const { basis } = this;
     if (!basis || !this.shown.length) return null;
@@ -113,7 +127,8 @@ export class BodySurface {
     const at = new Vector3();
     const ray: Ray = raycaster.ray;
     let nearest = Infinity;
-    let vertex = -1;
+    let first = -1;
+    const position = new Vector3();
     for (let i = 0; i < triangles.length; i += 3) {
       corners.forEach((corner, k) => {
         corner.fromArray(x, 3 * (triangles[i + k] ?? 0));
@@ -122,14 +137,20 @@ export class BodySurface {
       const distance = at.distanceTo(ray.origin);
       if (distance >= nearest) continue;
       nearest = distance;
-      const best = [0, 1, 2].reduce((a, b) =>
-        (corners[b]?.distanceTo(at) ?? 0) < (corners[a]?.distanceTo(at) ?? 0) ? b : a,
-      );
-      vertex = triangles[i + best] ?? 0;
+      first = i;
+      position.copy(at);
     }
-    if (vertex < 0) return null;
-    const node = this.nodeOf(vertex);
-    return { node, position: new Vector3(...basis.mean([node], this.shown)) };
+    if (first < 0) return null;
+    corners.forEach((corner, k) => {
+      corner.fromArray(x, 3 * (triangles[first + k] ?? 0));
+    });
+    const weights = barycentric(position, corners);
+    const best = [0, 1, 2].reduce((a, b) =>
+      (corners[b]?.distanceTo(position) ?? 0) < (corners[a]?.distanceTo(position) ?? 0) ? b : a,
+    );
+    const surface = this.drawn ? PointSurface.CARRIED : PointSurface.MESH;
+    const node = this.nodeOf(triangles[first + best] ?? 0);
+    return { node, point: { triangle: first / 3, weights, surface }, position };
   }
 
   /** The same of a pixel of the canvas. */
@@ -138,6 +159,19 @@ export class BodySurface {
     const raycaster = new Raycaster();
     raycaster.setFromCamera(new Vector2((2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight), this.stage.camera);
     return this.pick(raycaster);
+  }
+
+  /** Nodes of the surface whose pixels are within a rectangle, in front or behind. */
+  within(rectangle: { contains(x: number, y: number): boolean }): number[] {
+    if (!this.basis) return [];
+    const x = this.positions(this.basis);
+    const found = new Set<number>();
+    const point = new Vector3();
+    for (let i = 0; i < x.length; i += 3) {
+      const at = this.stage.project(point.fromArray(x, i));
+      if (at.z <= 1 && rectangle.contains(at.x, at.y)) found.add(this.nodeOf(i / 3));
+    }
+    return [...found].sort((a, b) => a - b);
   }
 
   /** Nodes of the surface within a distance of a point, as shown. */
@@ -182,6 +216,15 @@ export class BodySurface {
     mesh.frustumCulled = false;
     return mesh;
   }
+}
+
+/** Weights of a triangle's corners at a point of it: none negative, their sum 1. */
+function barycentric(point: Vector3, corners: readonly [Vector3, Vector3, Vector3]): number[] {
+  const weights = Triangle.getBarycoord(point, ...corners, new Vector3());
+  if (!weights) return [1, 0, 0]; // Without area.
+  const shares = weights.toArray().map((weight) => Math.min(1, Math.max(0, weight)));
+  const sum = shares.reduce((a, b) => a + b, 0);
+  return shares.map((share) => share / sum);
 }
 
 /** Positions and normals come from the deformer's textures. Where the surface has an edge, the triangle's own normal. */

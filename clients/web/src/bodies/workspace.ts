@@ -9,8 +9,11 @@ import type { Desk, Mark, Workspace } from "../workspace";
 import { constraintPanel } from "./constraint_panel";
 import { keyframePanel } from "./keyframes";
 import { materialPanel } from "./material_panel";
-import { BodySurface } from "./surface";
-import { asTarget, type ConstraintInit, describeNodes, targetPosition } from "./targets";
+import { describePlace, isSamePlace, type Place, placeOf, positionOf } from "./places";
+import { drawBox, paint, type Selecting } from "./selecting";
+import { type BodyHit, BodySurface } from "./surface";
+import { asTarget, type ConstraintInit, targetPosition } from "./targets";
+import { type Line, tracesOf } from "./traces";
 
 const COLORS = {
   soft: 0x1f77c9,
@@ -20,14 +23,14 @@ const COLORS = {
   group: 0x7b2fbf,
   trace: 0x3d7ea6,
 } as const;
-/** Of the body's length: how far around the pointer shift and drag add nodes to a group. */
-const BRUSH_SHARE = 0.03;
+/** Of the body's length: how deep behind the pointer a held point may be to be the one that is dragged. */
+const NEAR_SHARE = 0.1;
 const DEFAULT_RATE = 30;
 
 /** What is dragged, until the server's scene has it. */
 interface Dragged {
   id: bigint;
-  nodes: number[];
+  place: Place;
   frame: number;
   target: Vector3;
 }
@@ -38,7 +41,7 @@ export class BodyWorkspace implements Workspace {
   readonly panels: HTMLElement[];
   readonly frameName = "Frame";
   readonly hint =
-    "Drag a point of the body: it is held there in this frame. Hold x, y or z for one axis; Shift and drag paints a group of nodes.";
+    "Drag a point of the body: it is held there in this frame. Hold x, y or z for one axis; Shift and drag paints a group of nodes, and from beside the body (or with Alt) draws a box around one.";
   readonly surface: BodySurface;
   private readonly markers: Markers;
   private readonly lines: Segments;
@@ -98,7 +101,7 @@ export class BodyWorkspace implements Workspace {
     const marks = this.constraints.map((constraint) => ({
       frame: constraint.frame,
       key: `c${constraint.id}`,
-      label: `Constraint ${constraint.id} in frame ${constraint.frame}, ${describeNodes(constraint.nodes)}`,
+      label: `Constraint ${constraint.id} in frame ${constraint.frame}, ${describePlace(placeOf(constraint))}`,
       color: constraint.enforcement.case === "exact" ? "#b3261e" : "#1f77c9",
       isSelected: constraint.id === this.selected,
     }));
@@ -133,15 +136,16 @@ export class BodyWorkspace implements Workspace {
   }
 
   grab(at: PointerAt): Grab | null {
-    if (at.isShift) return this.paint(at);
+    if (at.isShift) return (at.isAlt ? null : paint(this.selecting, at)) ?? drawBox(this.selecting, at);
     const marker = this.markers.pick(at.x, at.y, at.reach);
     const constraint = marker && this.constraints.find(({ id }) => `c${id}` === marker.key);
     if (marker && constraint) return this.dragConstraint(constraint, marker.position.clone());
     const hit = this.surface.pick(at.raycaster);
     if (!hit) return null;
-    const isOfGroup = this.group.includes(hit.node);
-    if (!isOfGroup) this.group = [];
-    return this.dragNodes(isOfGroup ? this.group : [hit.node], hit.position);
+    const isOnSelected = this.group.length > 1 ? this.group.includes(hit.node) : marker?.key === `n${this.group[0]}`;
+    if (isOnSelected) return this.dragGroup();
+    this.group = [];
+    return this.dragPoint(hit, at);
   }
 
   clickedBeside(): void {
@@ -161,31 +165,51 @@ export class BodyWorkspace implements Workspace {
   private dragConstraint(constraint: Constraint, anchor: Vector3): Grab {
     this.select(`c${constraint.id}`);
     return this.drag(
-      { id: constraint.id, nodes: constraint.nodes, frame: constraint.frame, target: anchor },
+      { id: constraint.id, place: placeOf(constraint), frame: constraint.frame, target: anchor },
       constraint,
     );
   }
 
-  /** A point that is held in this frame already is moved; else a constraint is added at the first movement. */
-  private dragNodes(nodes: number[], position: Vector3): Grab {
-    const { frame } = this.desk;
-    const known = this.constraints.find(
-      (one) =>
-        one.frame === frame &&
-        one.target.case !== "velocity" &&
-        one.nodes.length === nodes.length &&
-        one.nodes.every((node, i) => node === nodes[i]),
-    );
-    if (known) return this.dragConstraint(known, position);
-    const coordinates = this.desk.session.motion.frame(frame);
-    const anchor =
-      nodes.length === 1 ? position : new Vector3(...(this.surface.basis?.mean(nodes, coordinates) ?? [0, 0, 0]));
-    return this.drag({ id: 0n, nodes, frame, target: anchor }, null);
+  /** The constraints that say where something is in this frame. */
+  private get heldHere(): Constraint[] {
+    return this.constraints.filter(({ frame, target }) => frame === this.desk.frame && target.case !== "velocity");
   }
 
-  private drag(dragged: Dragged, constraint: Constraint | null): Grab {
+  /** A group that is held in this frame already is moved; else a constraint is added at the first movement. */
+  private dragGroup(): Grab {
+    const place = { nodes: this.group };
+    const known = this.heldHere.find((one) => isSamePlace(placeOf(one), place));
+    const anchor = this.placePosition(place);
+    if (known) return this.dragConstraint(known, anchor);
+    return this.drag({ id: 0n, place, frame: this.desk.frame, target: anchor }, null);
+  }
+
+  /** The very point under the pointer; one that is held in this frame and shown there is moved. */
+  private dragPoint(hit: BodyHit, at: PointerAt): Grab {
+    const known = this.heldHere.find((one) => {
+      if (one.nodes.length > 1) return false;
+      const shown = this.placePosition(placeOf(one));
+      const pixel = this.desk.stage.project(shown);
+      const isInFront = shown.distanceTo(hit.position) < NEAR_SHARE * this.extent;
+      return isInFront && Math.hypot(pixel.x - at.x, pixel.y - at.y) < at.reach;
+    });
+    if (known) return this.dragConstraint(known, this.placePosition(placeOf(known)));
+    const place = { nodes: [], point: hit.point };
+    return this.drag({ id: 0n, place, frame: this.desk.frame, target: hit.position }, null, hit.node);
+  }
+
+  /** Where a place is in the shown frame. */
+  private placePosition(place: Place): Vector3 {
+    const { basis } = this.surface;
+    if (!basis) return new Vector3();
+    return new Vector3(...positionOf(this.surface.held(place), basis, this.desk.session.motion.frame(this.desk.frame)));
+  }
+
+  /** clicked: the node that is noted where nothing is moved after all. */
+  private drag(dragged: Dragged, constraint: Constraint | null, clicked?: number): Grab {
     const { session } = this.desk;
     const basis = this.surface.basis;
+    const held = this.surface.held(dragged.place);
     let isFirst = true;
     this.desk.goTo(this.desk.frame); // A motion that plays stops.
     const pump = new NewestWins<Vector3>(
@@ -194,7 +218,7 @@ export class BodyWorkspace implements Workspace {
         if (dragged.id === 0n) {
           const added: ConstraintInit = {
             frame: dragged.frame,
-            nodes: dragged.nodes,
+            ...dragged.place,
             target: { case: "position", value: xyz(target) },
           };
           const response = await session.edit([{ edit: { case: "add", value: { constraint: added } } }], false, sent);
@@ -202,7 +226,7 @@ export class BodyWorkspace implements Workspace {
           this.selected = dragged.id;
           for (const issue of response.issues) this.desk.notify("warning", issue.message);
         } else {
-          const moved = constraint && basis ? asTarget(constraint, target, basis) : xyz(target);
+          const moved = constraint && basis ? asTarget(constraint, held, target, basis) : xyz(target);
           await session.edit([{ edit: { case: "move", value: { id: dragged.id, target: moved } } }], !isFirst, sent);
         }
         isFirst = false;
@@ -221,7 +245,7 @@ export class BodyWorkspace implements Workspace {
       },
       end: async (isMoved) => {
         if (!isMoved) {
-          if (dragged.id === 0n) this.noteNodes(dragged.nodes);
+          if (dragged.id === 0n) this.noteNodes(clicked === undefined ? dragged.place.nodes : [clicked]);
           return;
         }
         await pump.idle();
@@ -244,24 +268,18 @@ export class BodyWorkspace implements Workspace {
     this.desk.refresh();
   }
 
-  private paint(at: PointerAt): Grab | null {
-    const hit = this.surface.pick(at.raycaster);
-    if (!hit) return null;
-    const add = (point: Vector3): void => {
-      const near = this.surface.near(point, BRUSH_SHARE * this.extent);
-      this.group = [...new Set([...this.group, ...near])].sort((a, b) => a - b);
-      this.drawMarkers();
-      this.drawSelection();
-    };
-    add(hit.position);
+  /** What selecting with Shift needs of the workspace. */
+  private get selecting(): Selecting {
     return {
-      anchor: hit.position,
-      move: (point) => {
-        const projected = this.desk.stage.project(point);
-        const again = this.surface.pickAt(projected.x, projected.y);
-        if (again) add(again.position);
+      stage: this.desk.stage,
+      surface: this.surface,
+      extent: this.extent,
+      group: () => this.group,
+      set: (group) => {
+        this.group = group;
+        this.drawMarkers();
       },
-      end: () => this.desk.refresh(),
+      end: (isMoved) => (isMoved ? this.noteNodes(this.group) : this.select(null)),
     };
   }
 
@@ -304,23 +322,27 @@ export class BodyWorkspace implements Workspace {
     if (!basis || motion.frames === 0) return;
     const coordinates = motion.frame(this.desk.frame);
     const markers: Marker[] = [];
-    const lines: { from: Vector3; to: Vector3; color: number }[] = [];
-    const put = (id: bigint, nodes: readonly number[], frame: number, target: Vector3, isExact: boolean): void => {
+    const lines: Line[] = [];
+    const put = (id: bigint, place: Place, frame: number, target: Vector3, isExact: boolean): void => {
       const isHere = frame === this.desk.frame;
       const isSelected = id === this.selected;
       if (!isHere && !isSelected) return;
       const color = isSelected ? COLORS.selected : isHere ? (isExact ? COLORS.exact : COLORS.soft) : COLORS.far;
       markers.push({ key: `c${id}`, position: target, color, size: isHere ? "large" : "medium" });
-      if (isHere) lines.push({ from: new Vector3(...basis.mean(nodes, coordinates)), to: target, color });
+      const from = (): Vector3 => new Vector3(...positionOf(this.surface.held(place), basis, coordinates));
+      if (isHere) lines.push({ from: from(), to: target, color });
     };
     for (const constraint of this.constraints) {
-      const target = this.dragged?.id === constraint.id ? this.dragged.target : targetPosition(constraint, basis);
-      if (target)
-        put(constraint.id, constraint.nodes, constraint.frame, target, constraint.enforcement.case === "exact");
+      const place = placeOf(constraint);
+      const target =
+        this.dragged?.id === constraint.id
+          ? this.dragged.target
+          : targetPosition(constraint, this.surface.held(place), basis);
+      if (target) put(constraint.id, place, constraint.frame, target, constraint.enforcement.case === "exact");
     }
     const { dragged } = this;
     if (dragged && !this.constraints.some(({ id }) => id === dragged.id))
-      put(dragged.id, dragged.nodes, dragged.frame, dragged.target, false);
+      put(dragged.id, dragged.place, dragged.frame, dragged.target, false);
     for (const node of this.group) {
       markers.push({
         key: `n${node}`,
@@ -334,26 +356,14 @@ export class BodyWorkspace implements Workspace {
   }
 
   /** Trajectories of what is held: of the selected constraint, else of those of the shown frame. */
-  private traces(): { from: Vector3; to: Vector3; color: number }[] {
-    const { basis } = this.surface;
-    const { motion } = this.desk.session;
-    if (!this.areTracesShown || !basis || motion.frames > 4000) return [];
+  private traces(): Line[] {
+    if (!this.areTracesShown) return [];
     const shown = this.constraints.filter(
       ({ id, frame }) => id === this.selected || (this.selected === null && frame === this.desk.frame),
     );
-    const traced = new Map(shown.map(({ nodes }) => [nodes.join(), nodes]));
-    if (this.dragged) traced.set(this.dragged.nodes.join(), this.dragged.nodes);
-    const pairs: { from: Vector3; to: Vector3; color: number }[] = [];
-    for (const nodes of [...traced.values()].slice(0, 12)) {
-      const some = nodes.length > 20 ? nodes.filter((_, i) => i % Math.ceil(nodes.length / 20) === 0) : nodes;
-      let before = new Vector3(...basis.mean(some, motion.frame(0)));
-      for (let frame = 1; frame < motion.frames; frame++) {
-        const next = new Vector3(...basis.mean(some, motion.frame(frame)));
-        pairs.push({ from: before, to: next, color: COLORS.trace });
-        before = next;
-      }
-    }
-    return pairs;
+    const places = shown.map(placeOf);
+    if (this.dragged) places.push(this.dragged.place);
+    return tracesOf(places, this.surface, this.desk.session.motion, COLORS.trace);
   }
 
   private drawSelection(): void {
@@ -372,7 +382,7 @@ export class BodyWorkspace implements Workspace {
         el(
           "p",
           {},
-          `${describeNodes(this.group)} selected${this.group.length > 1 ? ": drag one of them and all are held by their mean" : ""}.`,
+          `${describePlace({ nodes: this.group })} selected${this.group.length > 1 ? ": drag one of them and all are held by their mean" : ""}.`,
         ),
         el(
           "div",
@@ -386,7 +396,7 @@ export class BodyWorkspace implements Workspace {
     }
     const list = el("div", { class: "list", role: "group", "aria-label": "Constraints" });
     for (const one of this.constraints) {
-      const text = `frame ${one.frame}: ${describeNodes(one.nodes)}${one.enforcement.case === "exact" ? ", exact" : ""}${one.target.case === "velocity" ? ", velocity" : ""}`;
+      const text = `frame ${one.frame}: ${describePlace(placeOf(one))}${one.enforcement.case === "exact" ? ", exact" : ""}${one.target.case === "velocity" ? ", velocity" : ""}`;
       list.append(
         button(text, () => this.pick(one), {
           class: one.id === this.selected ? "item selected" : "item",

@@ -9,6 +9,7 @@ export interface PointerAt {
   /** How far beside a marker still hits it [px]: more for fingers. */
   reach: number;
   isShift: boolean;
+  isAlt: boolean;
 }
 
 /** Something that follows the pointer until it is released. */
@@ -61,7 +62,8 @@ export class PointerControl {
     const raycaster = new Raycaster();
     raycaster.setFromCamera(this.stage.pointer(event), this.stage.camera);
     const reach = event.pointerType === "touch" ? 26 : 14;
-    return { x: event.clientX - box.left, y: event.clientY - box.top, raycaster, reach, isShift: event.shiftKey };
+    const { shiftKey: isShift, altKey: isAlt } = event;
+    return { x: event.clientX - box.left, y: event.clientY - box.top, raycaster, reach, isShift, isAlt };
   }
 
   private down(event: PointerEvent): void {

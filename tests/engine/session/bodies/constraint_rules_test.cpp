@@ -42,7 +42,9 @@ TEST(ConstraintRules, Frames) {
 TEST(ConstraintRules, NodesThatDoNotMoveOrComeTwiceAreNamedByPlace) {
   const ConstraintRules rules(two_tets());
   const auto of = [&](const std::vector<int>& nodes) {
-    return ruling([&] { rules.check_nodes(nodes); });
+    scene::Constraint group;
+    group.nodes = nodes;
+    return ruling([&] { rules.check_place(group); });
   };
   EXPECT_EQ(of({4, 0, 3}), "accepted");
   EXPECT_EQ(of({}), "nodes " + kInvalid);

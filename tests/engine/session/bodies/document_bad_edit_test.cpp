@@ -35,6 +35,14 @@ BodyEdit spoiled(const std::function<void(scene::Constraint&)>& spoil) {
   return AddConstraint{constraint};
 }
 
+BodyEdit point(const std::function<void(scene::Constraint&)>& spoil) {
+  return spoiled([&](scene::Constraint& constraint) {
+    constraint.nodes.clear();
+    constraint.point = scene::SurfacePoint{2, {0.5, 0.25, 0.25}};
+    spoil(constraint);
+  });
+}
+
 BodyEdit dynamics(double fps, double period, double damping) {
   return SetDynamics{{fps, period, damping}};
 }
@@ -51,6 +59,40 @@ const std::vector<BadEdit>& bad_edits() {
        "edits[1].add.constraint.frame"},
       {"NoNode", [] { return spoiled([](C& c) { c.nodes = {}; }); }, E::kInvalidArgument,
        "edits[1].add.constraint.nodes"},
+      {"PointBesideNodes", [] { return spoiled([](C& c) { c.point = scene::SurfacePoint(); }); },
+       E::kInvalidArgument, "edits[1].add.constraint.point"},
+      {"VertexBesideNodes", [] { return spoiled([](C& c) { c.surface_vertex = 0; }); },
+       E::kInvalidArgument, "edits[1].add.constraint.surface_vertex"},
+      {"VertexBesidePoint", [] { return point([](C& c) { c.surface_vertex = 0; }); },
+       E::kInvalidArgument, "edits[1].add.constraint.surface_vertex"},
+      {"VertexOfNoSurface",
+       [] {
+         return point([](C& c) {
+           c.point.reset();
+           c.surface_vertex = 0;
+         });
+       },
+       E::kInvalidArgument, "edits[1].add.constraint.surface_vertex"},
+      {"PointOfNoSurface",
+       [] { return point([](C& c) { c.point->surface = scene::PointSurface::kCarried; }); },
+       E::kInvalidArgument, "edits[1].add.constraint.point.surface"},
+      {"TriangleBelow", [] { return point([](C& c) { c.point->triangle = -1; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.point.triangle"},
+      {"TriangleAbove", [] { return point([](C& c) { c.point->triangle = 6; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.point.triangle"},
+      {"WeightBelow", [] { return point([](C& c) {
+                             c.point->weights = {0.5, 0.6, -0.1};
+                           }); },
+       E::kInvalidArgument, "edits[1].add.constraint.point.weights[2]"},
+      {"WeightIsNan", [] { return point([](C& c) {
+                             c.point->weights = {0.5, kNan, 0.5};
+                           }); },
+       E::kInvalidArgument, "edits[1].add.constraint.point.weights[1]"},
+      {"WeightsOfAnotherSum",
+       [] { return point([](C& c) {
+              c.point->weights = {0.5, 0.5, 2e-6};
+            }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.point.weights"},
       {"NodeBelow", [] { return spoiled([](C& c) {
                            c.nodes = {1, -1};
                          }); }, E::kOutOfRange,

@@ -164,8 +164,11 @@ TEST(ProblemMapping, TargetsOfGroups) {
   const MappedBody mapped = map_body(scene);
   const TargetFrame targets(scene, mapped);
   // A merged node counts once, however often its copies are named.
-  const std::vector<int> group = targets.compact_nodes({6, 3, 1});
-  EXPECT_THAT(group, ::testing::ElementsAre(1, 3));
+  scene::Constraint named;
+  named.nodes = {6, 3, 1};
+  const reduced::Site group = targets.site(named);
+  EXPECT_THAT(group.nodes, ::testing::ElementsAre(1, 3));
+  EXPECT_TRUE(group.weights.empty());
   EXPECT_EQ(targets.origin(TargetKind::kDisplacement, group), Eigen::Vector3d::Zero());
   const Eigen::Vector3d origin = targets.origin(TargetKind::kPosition, group);
   EXPECT_EQ(origin, Eigen::Vector3d(0.5, 0, 0.5));

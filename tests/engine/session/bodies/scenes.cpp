@@ -36,14 +36,23 @@ scene::Keyframe keyed(int frame, double value) {
 }
 
 bool same(const scene::Constraint& a, const scene::Constraint& b) {
+  const auto same_point = [](const scene::SurfacePoint& p, const scene::SurfacePoint& q) {
+    return p.triangle == q.triangle && p.weights == q.weights && p.surface == q.surface;
+  };
   return a.id == b.id && a.frame == b.frame && a.nodes == b.nodes && a.axes == b.axes &&
-         a.kind == b.kind && a.target == b.target && a.weight == b.weight;
+         a.kind == b.kind && a.target == b.target && a.weight == b.weight &&
+         a.point.has_value() == b.point.has_value() &&
+         (!a.point || same_point(*a.point, *b.point)) && a.surface_vertex == b.surface_vertex;
 }
 
 BodyEdit random_edit(Random& random) {
   const auto constraint = [&] {
     scene::Constraint c = held(below(random, 10), below(random, 5));
     if (below(random, 3) == 0) c.nodes = {0, 1 + below(random, 4)};
+    if (below(random, 4) == 0) {
+      c.nodes.clear();
+      c.point = scene::SurfacePoint{below(random, 6), {0.25, 0.75, 0}};
+    }
     c.axes = 1 + static_cast<unsigned>(below(random, 7));
     c.kind = static_cast<scene::TargetKind>(below(random, 3));
     c.target = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};

@@ -174,6 +174,50 @@ TEST(SceneCodec, ConstraintDefaultsAndExactness) {
   EXPECT_TRUE(std::isinf(decode_constraint(message, "c").weight));
 }
 
+TEST(SceneCodec, PointsOfSurfacesComeBackAsTheyWent) {
+  for (const auto surface : {proto::POINT_SURFACE_UNSPECIFIED, proto::POINT_SURFACE_MESH,
+                             proto::POINT_SURFACE_CARRIED}) {
+    proto::Constraint message;
+    message.mutable_displacement()->set_x(1);
+    message.set_weight(3);
+    auto* const point = message.mutable_point();
+    point->set_triangle(7);
+    point->set_surface(surface);
+    for (const double weight : {0.25, 0.5, 0.25}) point->add_weights(weight);
+    const scene::Constraint decoded = decode_constraint(message, "c");
+    ASSERT_TRUE(decoded.point);
+    EXPECT_TRUE(decoded.nodes.empty());
+    EXPECT_EQ(decoded.point->weights, Eigen::Vector3d(0.25, 0.5, 0.25));
+    EXPECT_EQ(encode_constraint(decoded).SerializeAsString(), message.SerializeAsString());
+  }
+  proto::Constraint vertex;
+  vertex.mutable_position()->set_x(1);
+  vertex.set_weight(3);
+  vertex.set_surface_vertex(0);
+  const scene::Constraint decoded = decode_constraint(vertex, "c");
+  EXPECT_EQ(decoded.surface_vertex, 0);
+  EXPECT_FALSE(decoded.point);
+  EXPECT_EQ(encode_constraint(decoded).SerializeAsString(), vertex.SerializeAsString());
+}
+
+TEST(SceneCodec, BadPointsAreNamed) {
+  const auto fault = [](const std::function<void(proto::Constraint&)>& spoil) {
+    proto::Constraint message;
+    message.mutable_displacement();
+    for (const double weight : {0.25, 0.5, 0.25}) message.mutable_point()->add_weights(weight);
+    spoil(message);
+    return refusal_of([&] { (void)decode_constraint(message, "c"); }).field();
+  };
+  EXPECT_EQ(fault([](auto& c) { c.mutable_point()->add_weights(0); }), "c.point.weights");
+  EXPECT_EQ(fault([](auto& c) { c.mutable_point()->clear_weights(); }), "c.point.weights");
+  EXPECT_EQ(fault([](auto& c) { c.mutable_point()->set_triangle(0xffffffffu); }),
+            "c.point.triangle");
+  EXPECT_EQ(
+      fault([](auto& c) { c.mutable_point()->set_surface(static_cast<proto::PointSurface>(9)); }),
+      "c.point.surface");
+  EXPECT_EQ(fault([](auto& c) { c.set_surface_vertex(0xffffffffu); }), "c.surface_vertex");
+}
+
 TEST(SceneCodec, BadConstraintsAreNamed) {
   proto::Scene scene = full_scene();
   scene.mutable_constraints(1)->clear_target();

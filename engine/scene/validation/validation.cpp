@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
+#include "engine/scene/embedding/surface_points.h"
 #include "engine/scene/keyframe_rules.h"
 #include "engine/scene/pose_rules.h"
 #include "engine/scene/scene.h"
@@ -28,7 +29,7 @@ std::string number(double value) { return fmt::format("{:g}", value); }
 
 class SceneValidator {
  public:
-  explicit SceneValidator(const Scene& scene) : scene_(scene) {}
+  explicit SceneValidator(const Scene& scene) : scene_(scene), points_(scene) {}
 
   std::vector<Issue> run() {
     check_plain_values();
@@ -189,7 +190,7 @@ class SceneValidator {
                        [&](std::size_t i) { return bad_tet(i); });
     good &= check_materials();
     good &= check_fixed_nodes();
-    if (good && unit_ok_ && check_length()) check_prepared();
+    if (good && unit_ok_ && check_length()) mesh_ok_ = check_prepared();
   }
 
   /// The unit and the coordinates may each be fine.
@@ -280,7 +281,7 @@ class SceneValidator {
   }
 
   /// What only shows once the mesh is put together: volumes, pieces.
-  void check_prepared() {
+  bool check_prepared() {
     bodies::TetMesh in_metres = scene_.mesh;
     in_metres.nodes *= scene_.length_unit_in_metres;
     bodies::MeshValidationOptions options;
@@ -298,7 +299,9 @@ class SceneValidator {
                        (fixed.empty() ? 6 : 0));
     } catch (const Error& problem) {
       error(problem.field().empty() ? "mesh" : problem.field(), problem.what(), problem.code());
+      return false;
     }
+    return true;
   }
 
   void check_mode_count(int elastic_degrees) {
@@ -339,7 +342,11 @@ class SceneValidator {
               ErrorCode::kAlreadyExists);
       }
       check_constraint_frame(field, constraint);
-      check_constraint_nodes(field, constraint);
+      if (constraint.point || constraint.surface_vertex) {
+        check_surface_point(field, constraint);
+      } else {
+        check_constraint_nodes(field, constraint);
+      }
       if (constraint.axes == 0 || constraint.axes > 7) {
         error(field + ".axes", "must name at least one of x, y and z (1 to 7), is " +
                                    std::to_string(constraint.axes));
@@ -371,8 +378,23 @@ class SceneValidator {
     }
   }
 
+  void check_surface_point(const std::string& field, const Constraint& constraint) {
+    if (!points_.can_check(constraint)) return;  // the mesh is complained about already
+    try {
+      points_.check(constraint);
+    } catch (const Error& problem) {
+      error(field + "." + problem.field(), problem.what(), problem.code());
+      return;
+    }
+    if (mesh_ok_ &&
+        is_fixed(points_.nodes_of(constraint), [&](int node) { return fixed_.count(node) > 0; })) {
+      warning(field + (constraint.point ? ".point" : ".surface_vertex"), kIdlePointWarning);
+    }
+  }
+
   void check_constraint_nodes(const std::string& field, const Constraint& constraint) {
-    if (constraint.nodes.empty()) error(field + ".nodes", "must name at least one node");
+    if (constraint.nodes.empty())
+      error(field + ".nodes", "must name at least one node, if it names no point of a surface");
     bool movable = constraint.nodes.empty();
     std::unordered_set<int> distinct_nodes;
     int wrong = 0;
@@ -418,7 +440,8 @@ class SceneValidator {
   std::vector<Issue> issues_;
   std::vector<bool> used_;
   std::unordered_set<int> fixed_;
-  bool unit_ok_ = true;
+  bool unit_ok_ = true, mesh_ok_ = false;
+  SurfacePoints points_;
 };
 
 }  // namespace
