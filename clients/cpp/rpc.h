@@ -51,6 +51,8 @@ LIMBER_RPC(SolveBeams, solve_beams)
 LIMBER_RPC(GetBeamSolution, get_beam_solution)
 LIMBER_RPC(Explain, explain)
 LIMBER_RPC(LookAt, look_at)
+LIMBER_RPC(JoinSession, join_session)
+LIMBER_RPC(LeaveSession, leave_session)
 LIMBER_RPC(Shutdown, shutdown)
 #undef LIMBER_RPC
 

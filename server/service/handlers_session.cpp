@@ -37,7 +37,16 @@ void Service::put(const std::shared_ptr<Record>& record) {
   for (const auto& failed : sessions_.put(record)) close_quietly(*failed);
 }
 
-proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
+void Service::open_session(const SharedTicket& ticket, const Request& request) {
+  (void)ClientDirectory::identify(*ticket, request.client_name());
+  proto::Reply reply;
+  const auto record = open(request.open_session(), *reply.mutable_open_session());
+  note_revision(*record, *ticket, request.client_name(), 0, {"open_session"});
+  ticket->answer(std::move(reply));
+}
+
+std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
+                                      proto::OpenSessionResponse& response) {
   const Kind& kind = kinds_.of(request.scene(), "scene");
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
@@ -55,22 +64,20 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   }
   guard.release();
   log::info("session {} opened: {}", id, opening->size());
-  proto::OpenSessionResponse response;
   response.set_session(id);
   response.set_uid(name->key().uid);
   response.set_kind(kind.name());
   response.set_job(job);
   for (auto& issue : opening->remarks()) *response.add_issues() = std::move(issue);
-  return response;
+  return record;
 }
 
-proto::EditResponse Service::edit(const proto::EditRequest& request) {
-  const auto record = sessions_.find(request.session());
+proto::EditResponse Service::edit(Record& record, const proto::EditRequest& request) {
   if (static_cast<std::uint64_t>(request.edits_size()) > kEditsAtOnce) {
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
   }
-  return record->edit(request);
+  return record.edit(request);
 }
 
 void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket) {

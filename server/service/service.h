@@ -8,6 +8,7 @@
 #include "server/runtime/hub.h"
 #include "server/runtime/stored_replies.h"
 #include "server/runtime/ticket.h"
+#include "server/service/client_directory.h"
 #include "server/service/heavy_requests.h"
 #include "server/service/session_registry.h"
 #include "server/wire/peek.h"
@@ -80,8 +81,10 @@ class Service {
   void ask_kinds(const SharedTicket& ticket, const Request& request);
 
   // handlers_session.cpp
-  proto::OpenSessionResponse open(const proto::OpenSessionRequest& request);
-  proto::EditResponse edit(const proto::EditRequest& request);
+  void open_session(const SharedTicket& ticket, const Request& request);
+  [[nodiscard]] std::shared_ptr<Record> open(const proto::OpenSessionRequest& request,
+                                             proto::OpenSessionResponse& response);
+  proto::EditResponse edit(Record& record, const proto::EditRequest& request);
   void wait(const proto::WaitRequest& request, const SharedTicket& ticket);
   proto::ListSessionsResponse list_sessions(const proto::ListSessionsRequest&) const;
   proto::GetSessionResponse get_session(const proto::GetSessionRequest& request) const;
@@ -89,6 +92,16 @@ class Service {
   proto::CancelResponse cancel(const proto::CancelRequest& request);
   [[nodiscard]] JobId start_open_job(const SessionKey& key);
   void put(const std::shared_ptr<Record>& record);
+
+  // handlers_presence.cpp
+  void edit_session(const SharedTicket& ticket, const Request& request);
+  void join_session(const SharedTicket& ticket, const Request& request);
+  void leave_session(const SharedTicket& ticket, const Request& request);
+  Attendance::Joined enter(Record& record, const Ticket& ticket, const ClientIdentity& client);
+  /// Who makes a revision is in the session.
+  void note_revision(Record& record, const Ticket& ticket, const std::string& name,
+                     std::uint64_t revision, std::vector<std::string> edits);
+  void leave_all(const std::string& client);
 
   // handlers_frames.cpp
   proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request) const;
@@ -118,6 +131,7 @@ class Service {
   const SceneContext scenes_;
   std::function<void()> request_stop_;
   SessionRegistry sessions_;
+  ClientDirectory clients_;
   StoredReplies replies_;
   HeavyRequests heavy_;
 };

@@ -17,6 +17,23 @@ std::string session_of(const proto::Request& request) {
   return message.GetReflection()->GetString(message, session);
 }
 
+/// The member `revision` of the answer to a request that makes one.
+std::optional<std::uint64_t> revision_of(const proto::Reply& reply) {
+  const auto* body = reply.GetReflection()->GetOneofFieldDescriptor(
+      reply, proto::Reply::descriptor()->FindOneofByName("body"));
+  if (body == nullptr) return std::nullopt;
+  const auto& message = reply.GetReflection()->GetMessage(reply, body);
+  const auto* revision = message.GetDescriptor()->FindFieldByName("revision");
+  if (revision == nullptr) return std::nullopt;
+  return message.GetReflection()->GetUInt64(message, revision);
+}
+
+std::string body_name(const proto::Request& request) {
+  return request.GetReflection()
+      ->GetOneofFieldDescriptor(request, proto::Request::descriptor()->FindOneofByName("body"))
+      ->name();
+}
+
 }  // namespace
 
 template <auto kRequest, auto kReply, auto kHandler>
@@ -34,7 +51,13 @@ void Service::reply_later(const SharedTicket& ticket, const Request& request) {
 void Service::ask_session(const SharedTicket& ticket, const Request& request) {
   const auto record = sessions_.find(session_of(request));
   proto::Reply reply;
-  if (!record->answer(request, reply)) throw record->lacks(verb_of(request.body_case()).subject);
+  const Verb verb = verb_of(request.body_case());
+  if (verb.effect == Effect::kLasting)
+    (void)ClientDirectory::identify(*ticket, request.client_name());
+  if (!record->answer(request, reply)) throw record->lacks(verb.subject);
+  if (const auto revision = revision_of(reply); revision && verb.effect == Effect::kLasting) {
+    note_revision(*record, *ticket, request.client_name(), *revision, {body_name(request)});
+  }
   ticket->answer(std::move(reply));
 }
 
@@ -60,8 +83,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kGetServerInfo:
       return {kLight, kNone, &S::reply_later<&Request::get_server_info, &S::server_info>};
     case Request::kOpenSession:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::open_session, &Reply::mutable_open_session, &S::open>};
+      return {kHeavy, kLasting, &S::open_session};
     case Request::kListSessions:
       return {kLight, kNone,
               &S::reply<&Request::list_sessions, &Reply::mutable_list_sessions, &S::list_sessions>};
@@ -72,7 +94,7 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kLasting,
               &S::reply<&Request::close_session, &Reply::mutable_close_session, &S::close>};
     case Request::kEdit:
-      return {kLight, kLasting, &S::reply<&Request::edit, &Reply::mutable_edit, &S::edit>};
+      return {kLight, kLasting, &S::edit_session};
     case Request::kWait:
       return {kLight, kNone, &S::reply_later<&Request::wait, &S::wait>};
     case Request::kGetMaterial:
@@ -127,6 +149,10 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kNone, &S::ask_session, "explanation"};
     case Request::kLookAt:
       return {kLight, kNone, &S::ask_session, "long motion"};
+    case Request::kJoinSession:
+      return {kLight, kNone, &S::join_session};
+    case Request::kLeaveSession:
+      return {kLight, kNone, &S::leave_session};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

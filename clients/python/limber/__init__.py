@@ -47,6 +47,7 @@ from .linkages.shapes import LinkageGeometry, Shape
 from .linkages.solutions import LinkageSolution
 from .motion import MotionStream, MotionUpdate
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
+from .presence import RevisionMade, SessionClient
 from .results import DiscretisationError, MotionError, Result
 from .saving import Saved
 from .scenes import load_scene
@@ -60,8 +61,8 @@ __all__ = [
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
-    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
-    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionPage", "Shape", "Simulation", "StartingGrid",
+    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
+    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",

@@ -14,11 +14,12 @@ from . import arrays, browsing, checks, edits, exports, pictures, player, render
 from .browsing import SessionPage
 from .errors import LimberError
 from .exports import Export
-from .messages import common, service
+from .messages import common, presence, service
 from .motion import MotionStream
 from .moving import MovingPoints, MovingSurface
 from .pictures import Coloured
 from .player import Played
+from .presence import RevisionMade, SessionClient
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
 from .saving import Saved
@@ -63,6 +64,7 @@ class OpenSession:
         self.job = job                    # that builds the model
         self.issues = tuple(issues)       # repairs and warnings of the mesh
         self.revision = 0                 # newest this client made or saw
+        self._client = 0                  # number of this client in the session's list; 0: not known
         self._is_accuracy_reported = False  # of the model, by a warning where it misses its tolerance
 
     @property
@@ -79,6 +81,25 @@ class OpenSession:
     def status(self) -> "service.SessionStatus":
         """State, sizes, model and newest result."""
         return self.connection.call("get_session", service.GetSessionRequest(session=self.reference)).status
+
+    def clients(self) -> list[SessionClient]:
+        """Who is in the session, the longest first: whoever opened, joined or edited it and is still connected. A client that died
+        is there for at most 20 s. Every change comes with the topic session/ID/status."""
+        return [SessionClient.from_message(one, self._client) for one in self.status().clients]
+
+    def revisions(self) -> list[RevisionMade]:
+        """Who made the newest revisions and what they were, the newest first; those of one client and kind in a row as one, at
+        most 16."""
+        return [RevisionMade.from_message(one) for one in self.status().revisions]
+
+    def join(self) -> None:
+        """Others see this client in the session from now on, as they do once it has opened or edited it, or Server.session() was
+        called for it."""
+        self._client = self.connection.call("join_session", presence.JoinSessionRequest(session=self.reference)).client
+
+    def leave(self) -> None:
+        """Others no longer see this client in the session, until it edits or joins it again. The session stays."""
+        self.connection.call("leave_session", presence.LeaveSessionRequest(session=self.reference))
 
     def explain(self) -> "service.ExplainResponse":
         """What was chosen for the session and why (`choices`), which error its newest result has and how that was found

@@ -12,6 +12,7 @@ import { sceneOf, sceneOfJson } from "./files";
 import { Home, KIND_WORDS } from "./home";
 import { describeIssues } from "./issues";
 import { Notices } from "./notices";
+import { storedName } from "./people_panel";
 import { SessionPage } from "./session_page";
 
 const BUILD_TIMEOUT_MS = 120_000;
@@ -54,6 +55,7 @@ export class App {
       (state) => this.connectionChanged(state),
       () => void this.restarted(),
     );
+    this.connection.clientName = storedName();
     this.streams = new Streams(
       `${base}/v1/stream${query}`,
       (instance) => this.connection.heard(instance),
@@ -242,6 +244,8 @@ export class App {
     this.state.textContent = words[state];
     this.state.className = `state ${state}`;
     document.body.dataset.connection = state;
+    // The server knows a client by its connection.
+    if (state === "open" && this.wasConnected) this.page?.session.join().catch(() => undefined);
     if (state === "open") this.wasConnected = true;
     else if (state === "lost" && !this.wasConnected) void this.suspectToken();
   }
