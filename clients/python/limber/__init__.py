@@ -22,7 +22,7 @@ from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .bodies.material import Material, Mode
-from .bodies.modal import Modal
+from .bodies.modal import Modal, ModalMotion
 from .bodies.motions import base_motion
 from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
@@ -60,7 +60,7 @@ __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
-    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
+    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "ModalMotion", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "StartingGrid",
     "StreamedFrames", "Target", "add",
