@@ -16,7 +16,7 @@ from .beams.geometry import BeamGeometry
 from .beams.results import BeamResult
 from .beams.scenes import beam_scene
 from .beams.session import BeamSession
-from .beams.solutions import BeamSnap, BeamSolution
+from .beams.solutions import BeamSnap, BeamSolution, StrengthWarning
 from .bodies.edits import Axes, add, dynamics, ends, move, optimise, remove, replace, reset_material
 from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
@@ -63,7 +63,7 @@ __all__ = [
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "ModalMotion", "Mode", "MotionError", "MotionStream",
     "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "StartingGrid",
-    "StreamedFrames", "Target", "add",
+    "StreamedFrames", "StrengthWarning", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",

@@ -7,10 +7,13 @@ import { Legend, normalize } from "../rods/colors";
 import { SweptRods } from "../rods/sweep";
 import type { EditInit } from "../session/live";
 import { NewestWins } from "../session/newest";
+import { describeStrength } from "../session/words";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
 import type { Desk, Mark, Workspace } from "../workspace";
+import { DIAGRAM_CHOICES, type DiagramOf } from "./diagram";
+import { DiagramView, forcesTable } from "./diagram_view";
 import { nodePanel } from "./node_panel";
 import { BeamShapes } from "./shape";
 import { COLOR_CHOICES, type ColorBy, valuesOf } from "./solution";
@@ -46,6 +49,7 @@ export class BeamWorkspace implements Workspace {
   private readonly markers: Markers;
   private readonly lines: Segments;
   private readonly legend = new Legend();
+  readonly diagram: DiagramView;
   private readonly controls = el("div", { class: "form" });
   private readonly chosen = el("div", {});
   private shapes: BeamShapes | null = null;
@@ -53,6 +57,7 @@ export class BeamWorkspace implements Workspace {
   private node: number | null = null;
   private element: number | null = null;
   private colorBy: ColorBy = "utilisation";
+  private isOverloaded = false;
   private mode: DragMode = "move";
   /** Of a drag as long as the structure [N]. */
   private force = DEFAULT_FORCE;
@@ -65,7 +70,8 @@ export class BeamWorkspace implements Workspace {
     this.rods = new SweptRods(desk.stage);
     this.markers = new Markers(desk.stage);
     this.lines = new Segments(desk.stage);
-    desk.stage.canvas.after(this.legend.element);
+    this.diagram = new DiagramView(desk.stage);
+    desk.stage.canvas.after(this.legend.element, this.diagram.legend);
     this.panels = [
       el("details", { class: "panel", open: true }, el("summary", {}, "Structure"), this.controls),
       el("details", { class: "panel", open: true }, el("summary", {}, "Nodes and beams"), this.chosen),
@@ -109,7 +115,10 @@ export class BeamWorkspace implements Workspace {
       shares = normal.shares;
       this.legend.show(values.title, normal.low, normal.high, values.unit);
     } else this.legend.show(isColored ? "Known of the final shape" : "");
-    this.rods.show(shapes.shape(numbers, shares), isColored);
+    const shape = shapes.shape(numbers, shares);
+    this.rods.show(shape, isColored);
+    const isNewest = isLast && this.solution?.sequence === this.desk.session.result?.sequence;
+    this.diagram.show(shapes, shape, isNewest && this.solution ? this.solution.of : null);
     this.positions = Array.from({ length: shapes.nodes }, (_, node) => shapes.position(numbers, node));
     this.drawMarkers();
   }
@@ -123,6 +132,9 @@ export class BeamWorkspace implements Workspace {
   resultChanged(): void {
     this.askForSolution();
     const { result } = this.desk.session;
+    const strength = result?.converged ? describeStrength(result) : null;
+    if (strength && !this.isOverloaded) this.desk.notify(strength.tone, `The structure is ${strength.text}.`);
+    if (result?.converged) this.isOverloaded = strength !== null;
     if (!result?.converged || result.revision <= this.toldSnaps) return;
     for (const snap of result.beams?.snaps ?? []) {
       this.toldSnaps = result.revision;
@@ -147,6 +159,7 @@ export class BeamWorkspace implements Workspace {
   select(key: string | null): void {
     this.node = key?.startsWith("b") || key?.startsWith("s") ? Number(key.slice(1)) : null;
     this.element = key?.startsWith("e") ? Number(key.slice(1)) : null;
+    this.askForSolution();
     this.drawMarkers();
     this.drawChosen();
   }
@@ -315,7 +328,7 @@ export class BeamWorkspace implements Workspace {
     const { session } = this.desk;
     const { result } = session;
     if (
-      this.colorBy === "none" ||
+      (this.colorBy === "none" && this.diagram.of === "none" && this.element === null) ||
       !result?.converged ||
       result.solveFailed ||
       this.isAsking ||
@@ -328,10 +341,12 @@ export class BeamWorkspace implements Workspace {
         this.isAsking = false;
         if (solution) this.solution = { of: solution, sequence: result.sequence };
         this.show(this.desk.frame);
+        if (this.element !== null) this.drawChosen();
       },
       (error) => {
         this.isAsking = false;
         this.colorBy = "none";
+        this.diagram.of = "none";
         this.desk.fail(error);
       },
     );
@@ -355,6 +370,13 @@ export class BeamWorkspace implements Workspace {
         "Colour by",
         choice(COLOR_CHOICES, this.colorBy, (value) => {
           this.colorBy = value as ColorBy;
+          this.show(this.desk.frame);
+        }),
+      ),
+      field(
+        "Diagram",
+        choice(DIAGRAM_CHOICES, this.diagram.of, (value) => {
+          this.diagram.of = value as DiagramOf;
           this.show(this.desk.frame);
         }),
       ),
@@ -382,6 +404,7 @@ export class BeamWorkspace implements Workspace {
       const load = structure?.distributedLoads.find((one) => one.element === element);
       this.chosen.replaceChildren(
         el("p", {}, `Beam ${element}, from node ${this.shapes?.ends(element).join(" to ")}`),
+        forcesTable(this.solution?.of ?? null, element),
         vectorField("Force per length", load?.force, "N/m", (value) =>
           this.desk.send([
             {

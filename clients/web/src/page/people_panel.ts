@@ -57,12 +57,7 @@ export class PeoplePanel {
       this.people,
       el("p", { class: "quiet" }, "Who made the newest revisions"),
       this.made,
-      el(
-        "div",
-        { class: "row" },
-        el("label", {}, "Your name here ", name),
-        button("Use it", take, { "aria-label": "Use this name for this page" }),
-      ),
+      el("div", { class: "row" }, el("label", {}, "Your name here ", name), button("Use this name", take)),
     );
     this.element.ontoggle = () => this.update();
     this.update();
