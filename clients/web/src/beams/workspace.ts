@@ -107,11 +107,11 @@ export class BeamWorkspace implements Workspace {
     if (!shapes.fits(numbers)) return;
     const isLast = frame === motion.frames - 1;
     this.askForSolution();
-    const values = this.solution && isLast ? valuesOf(this.solution.of, this.colorBy) : null;
+    const values = this.solution && isLast ? valuesOf(this.solution.of, this.colorBy, shapes.size) : null;
     const isColored = this.colorBy !== "none";
     let shares: Float32Array | null = isColored ? new Float32Array(2 * shapes.count).fill(-1) : null;
     if (values) {
-      const normal = normalize(values.of);
+      const normal = normalize(values.of, values.floor);
       shares = normal.shares;
       this.legend.show(values.title, normal.low, normal.high, values.unit);
     } else this.legend.show(isColored ? "Known of the final shape" : "");

@@ -107,7 +107,7 @@ export class LinkageWorkspace implements Workspace {
     const plain = shapes.shape(numbers, null);
     const values = this.coloring.values(shapes, numbers, plain);
     if (values) {
-      const { shares, low, high } = normalize(values.of);
+      const { shares, low, high } = normalize(values.of, values.floor);
       plain.line.forEach((_, i) => {
         if (i % 4 === 3) plain.line[i] = shares[(i - 3) / 4] ?? -1;
       });

@@ -1,5 +1,6 @@
 import type { Scene } from "../../gen/limber/v1/scene_pb";
 import { button, el } from "../controls/dom";
+import { kindInWords } from "../session/listed";
 import type { EditInit, LiveSession } from "../session/live";
 import { describeResult, describeState } from "../session/words";
 import { PointerControl } from "../view/pointer";
@@ -7,7 +8,6 @@ import { Stage } from "../view/stage";
 import { inWords } from "../wire/errors";
 import type { DesignStart, Desk, Workspace } from "../workspace";
 import { exportPanel } from "./export_panel";
-import { KIND_WORDS } from "./home";
 import { makeWorkspace } from "./kinds";
 import type { Notices } from "./notices";
 import { PeoplePanel } from "./people_panel";
@@ -187,8 +187,7 @@ export class SessionPage implements Desk {
     if (status) {
       const line = describeState(status);
       const isPictured = this.session.motion.frames > 0;
-      this.overlay.textContent =
-        line.tone === "good" || isPictured ? "" : `${KIND_WORDS[status.kind] ?? status.kind}: ${line.text}`;
+      this.overlay.textContent = line.tone === "good" || isPictured ? "" : `${kindInWords(status.kind)}: ${line.text}`;
     }
     this.schedule();
     this.element.dataset.state = status ? describeState(status).text : "";
