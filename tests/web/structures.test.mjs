@@ -185,6 +185,24 @@ test("a linkage is made for a dropped surface, designed, paused, and taken", asy
   await page.getByLabel("Joints across").fill("5");
   await page.getByRole("button", { name: "Make the grid" }).click();
   await settle(page);
+  await keepPicture(page, "design-before");
+  const away = await page.evaluate(() => {
+    const { workspace, stage } = window.limber.opened;
+    const mesh = stage.content.children.find((child) => child.material?.opacity === 0.28);
+    const vertices = mesh.geometry.attributes.position;
+    const point = workspace.positions[0].clone();
+    let sum = 0;
+    for (const joint of workspace.positions) {
+      let least = Infinity;
+      for (let i = 0; i < vertices.count; i++) {
+        point.fromBufferAttribute(vertices, i).applyQuaternion(mesh.quaternion).add(mesh.position);
+        least = Math.min(least, point.distanceTo(joint));
+      }
+      sum += least;
+    }
+    return sum / workspace.positions.length;
+  });
+  assert.ok(away < 0.15, `the surface, 2 by 1.4, is drawn ${away} from the joints`);
   await openPanels(page, "Design");
   await page.getByRole("button", { name: "Start" }).click();
   const design = (name) => page.evaluate((name) => window.limber.opened.session.design?.[name], name);

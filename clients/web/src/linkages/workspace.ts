@@ -38,7 +38,7 @@ export class LinkageWorkspace implements Workspace {
   private readonly legend = new Legend();
   private readonly opening = el("div", { class: "form" });
   private readonly joint = el("div", {});
-  private readonly design: { element: HTMLElement; update(): void };
+  private readonly design: ReturnType<typeof designPanel>;
   private shapes: LinkageShapes | null = null;
   private positions: Vector3[] = [];
   private selected: number | null = null;
@@ -115,6 +115,7 @@ export class LinkageWorkspace implements Workspace {
     } else this.legend.show("");
     this.rods.show(plain, values !== null);
     this.positions = shapes.jointPositions(numbers);
+    if (frame === motion.frames - 1) this.design.setJoints(this.positions);
     this.drawMarkers();
   }
 
