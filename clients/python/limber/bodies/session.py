@@ -286,6 +286,7 @@ class Session(OpenSession):
             return carried.positions(frames)
         return Embedding.of(vertices, geometry.rest, geometry.tets).positions(frames)
 
+    UP = "y"
     COLOURS = ("none", "displacement", "strain", "stress")
 
     def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
