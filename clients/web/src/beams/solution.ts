@@ -1,4 +1,5 @@
 import type { BeamSolution } from "../../gen/limber/v1/beams_pb";
+import type { Values } from "../rods/picture";
 import { doubles } from "../wire/arrays";
 import { noiseOf } from "./diagram";
 
@@ -17,12 +18,8 @@ export const COLOR_CHOICES: readonly [ColorBy, string][] = [
 const LEAST_STRESS = 1;
 const LEAST_PERCENT = 1e-4;
 
-/** size: of the structure [m]; floor: what is smaller is 0 but for rounding. Of each element at its start and finish, what is asked for. */
-export function valuesOf(
-  solution: BeamSolution,
-  by: ColorBy,
-  size: number,
-): { of: Float32Array; title: string; unit: string; floor: number } | null {
+/** size: of the structure [m]. Of each element at its start and finish, what is asked for. */
+export function valuesOf(solution: BeamSolution, by: ColorBy, size: number): Values | null {
   const forces = doubles(solution.elementForces);
   const stresses = doubles(solution.elementStresses);
   const force = noiseOf(forces, size);

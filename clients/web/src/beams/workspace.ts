@@ -3,12 +3,10 @@ import type { BeamStructure } from "../../gen/limber/v1/beam_structure_pb";
 import type { BeamSolution } from "../../gen/limber/v1/beams_pb";
 import { choice, el, field, number, picker } from "../controls/dom";
 import { gravityField, vectorField } from "../controls/vectors";
-import { Legend, normalize } from "../rods/colors";
-import { SweptRods } from "../rods/sweep";
+import { type Line, RodPicture } from "../rods/picture";
 import type { EditInit } from "../session/live";
-import { NewestWins } from "../session/newest";
 import { describeStrength } from "../session/words";
-import { type Marker, Markers, Segments } from "../view/markers";
+import type { Marker } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
 import type { Desk, Mark, Workspace } from "../workspace";
@@ -45,10 +43,7 @@ export class BeamWorkspace implements Workspace {
   readonly frameName = "Step along the path to this shape";
   readonly hint =
     "Drag a node: the structure follows. Click a node for its support and load, a beam for what is distributed over it.";
-  private readonly rods: SweptRods;
-  private readonly markers: Markers;
-  private readonly lines: Segments;
-  private readonly legend = new Legend();
+  private readonly picture: RodPicture;
   readonly diagram: DiagramView;
   private readonly controls = el("div", { class: "form" });
   private readonly chosen = el("div", {});
@@ -63,15 +58,12 @@ export class BeamWorkspace implements Workspace {
   private force = DEFAULT_FORCE;
   private solution: { of: BeamSolution; sequence: bigint } | null = null;
   private isAsking = false;
-  private dragged: { node: number; target: Vector3 } | null = null;
   private toldSnaps = 0n;
 
   constructor(private readonly desk: Desk) {
-    this.rods = new SweptRods(desk.stage);
-    this.markers = new Markers(desk.stage);
-    this.lines = new Segments(desk.stage);
+    this.picture = new RodPicture(desk.stage, () => this.drawMarkers(), desk.fail);
     this.diagram = new DiagramView(desk.stage);
-    desk.stage.canvas.after(this.legend.element, this.diagram.legend);
+    this.picture.legend.element.after(this.diagram.legend);
     this.panels = [
       el("details", { class: "panel", open: true }, el("summary", {}, "Structure"), this.controls),
       el("details", { class: "panel", open: true }, el("summary", {}, "Nodes and beams"), this.chosen),
@@ -85,7 +77,7 @@ export class BeamWorkspace implements Workspace {
     if (!geometry?.beams || !this.desk.session.scene) return null;
     if (!this.shapes) {
       this.shapes = new BeamShapes(geometry, this.structure);
-      this.rods.setStrips(this.shapes.strips);
+      this.picture.rods.setStrips(this.shapes.strips);
       this.drawChosen();
     }
     if (!motion.frames) return null;
@@ -109,14 +101,10 @@ export class BeamWorkspace implements Workspace {
     this.askForSolution();
     const values = this.solution && isLast ? valuesOf(this.solution.of, this.colorBy, shapes.size) : null;
     const isColored = this.colorBy !== "none";
-    let shares: Float32Array | null = isColored ? new Float32Array(2 * shapes.count).fill(-1) : null;
-    if (values) {
-      const normal = normalize(values.of, values.floor);
-      shares = normal.shares;
-      this.legend.show(values.title, normal.low, normal.high, values.unit);
-    } else this.legend.show(isColored ? "Known of the final shape" : "");
+    const known = this.picture.colour(values, isColored ? "Known of the final shape" : "");
+    const shares = known ?? (isColored ? new Float32Array(2 * shapes.count).fill(-1) : null);
     const shape = shapes.shape(numbers, shares);
-    this.rods.show(shape, isColored);
+    this.picture.rods.show(shape, isColored);
     const isNewest = isLast && this.solution?.sequence === this.desk.session.result?.sequence;
     this.diagram.show(shapes, shape, isNewest && this.solution ? this.solution.of : null);
     this.positions = Array.from({ length: shapes.nodes }, (_, node) => shapes.position(numbers, node));
@@ -177,11 +165,9 @@ export class BeamWorkspace implements Workspace {
   }
 
   grab(at: PointerAt): Grab | null {
-    const marker = this.markers.pick(at.x, at.y, at.reach);
-    if (!marker) return null;
-    const node = Number(marker.key.slice(1));
-    const anchor = this.positions[node];
-    return anchor ? this.drag(node, anchor.clone()) : null;
+    const node = this.picture.pick(at);
+    const anchor = node === null ? undefined : this.positions[node];
+    return node !== null && anchor ? this.drag(node, anchor.clone()) : null;
   }
 
   clickedBeside(at: PointerAt): void {
@@ -212,42 +198,28 @@ export class BeamWorkspace implements Workspace {
       return { x: force.x, y: force.y, z: force.z };
     };
     let isFirst = true;
-    const pump = new NewestWins<Vector3>(
-      async (point) => {
-        const edit: EditInit =
-          this.mode === "load"
-            ? { edit: { case: "setBeamLoad", value: { load: { node, force: forceOf(point) } } } }
-            : {
-                edit: {
-                  case: "moveBeamNode",
-                  value: { motion: { node }, position: { x: point.x, y: point.y, z: point.z } },
-                },
-              };
-        await this.desk.session.edit([edit], !isFirst);
-        isFirst = false;
-      },
-      (error) => this.desk.fail(error),
-    );
-    return {
-      anchor,
-      move: (point) => {
-        this.dragged = { node, target: point.clone() };
-        if (this.mode !== "push") pump.put(point.clone());
-        this.drawMarkers();
-      },
-      end: async (isMoved) => {
-        const target = this.dragged?.target;
-        if (isMoved && target && this.mode === "push") {
-          this.desk.send([{ edit: { case: "pushBeamNode", value: { load: { node, force: forceOf(target) } } } }]);
-        }
-        await pump.idle();
-        window.setTimeout(() => {
-          this.dragged = null;
-          this.drawMarkers();
-          this.drawChosen();
-        }, 400);
-      },
+    const send = async (point: Vector3): Promise<void> => {
+      const edit: EditInit =
+        this.mode === "load"
+          ? { edit: { case: "setBeamLoad", value: { load: { node, force: forceOf(point) } } } }
+          : {
+              edit: {
+                case: "moveBeamNode",
+                value: { motion: { node }, position: { x: point.x, y: point.y, z: point.z } },
+              },
+            };
+      await this.desk.session.edit([edit], !isFirst);
+      isFirst = false;
     };
+    const isPush = this.mode === "push";
+    return this.picture.drag(node, anchor, {
+      send: isPush ? null : send,
+      released: (target) => {
+        if (target && isPush)
+          this.desk.send([{ edit: { case: "pushBeamNode", value: { load: { node, force: forceOf(target) } } } }]);
+      },
+      settled: () => this.drawChosen(),
+    });
   }
 
   /** The beam within reach of the pointer. */
@@ -294,7 +266,7 @@ export class BeamWorkspace implements Workspace {
         size: isSelected ? "large" : color === COLORS.node ? "small" : "medium",
       };
     });
-    const lines: { from: Vector3; to: Vector3; color: number }[] = [];
+    const lines: Line[] = [];
     const size = this.shapes?.size ?? 1;
     const largest = Math.max(
       ...(structure?.loads ?? []).map(({ force }) => Math.hypot(force?.x ?? 0, force?.y ?? 0, force?.z ?? 0)),
@@ -313,15 +285,15 @@ export class BeamWorkspace implements Workspace {
       const position = this.positions[snap.node];
       if (position) markers.push({ key: `b${snap.node}`, position, color: COLORS.snap, size: "large" });
     }
-    const from = this.dragged && this.positions[this.dragged.node];
-    if (this.dragged && from)
-      lines.push({ from, to: this.dragged.target, color: this.mode === "move" ? COLORS.motion : COLORS.load });
+    const { dragged } = this.picture;
+    const from = dragged && this.positions[dragged.index];
+    if (dragged && from)
+      lines.push({ from, to: dragged.target, color: this.mode === "move" ? COLORS.motion : COLORS.load });
     if (this.element !== null && this.shapes) {
       const [a, b] = this.shapes.ends(this.element).map((node) => this.positions[node]);
       if (a && b) lines.push({ from: a, to: b, color: COLORS.selected });
     }
-    this.markers.set(markers);
-    this.lines.set(lines);
+    this.picture.mark(markers, lines);
   }
 
   private askForSolution(): void {

@@ -1,3 +1,4 @@
+import type { Values } from "../rods/picture";
 import type { RodShape } from "../rods/sweep";
 import type { Desk } from "../workspace";
 import type { LinkageShapes } from "./shape";
@@ -12,15 +13,6 @@ export const COLOR_CHOICES: readonly [ColorBy, string][] = [
   ["angle", "opening angle"],
   ["stress", "stress (von Mises)"],
 ];
-
-/** Values of stations, what they are and in which unit. */
-export interface Colors {
-  of: Float32Array;
-  title: string;
-  unit: string;
-  /** What is smaller is 0 but for rounding. */
-  floor: number;
-}
 
 /** Shapes come in single precision: a rod that bends or twists less than so over the whole size is straight. [rad] */
 const STRAIGHT = 2e-3;
@@ -54,7 +46,7 @@ export class Coloring {
     private readonly changed: () => void,
   ) {}
 
-  values(shapes: LinkageShapes, numbers: Float32Array, shape: RodShape): Colors | null {
+  values(shapes: LinkageShapes, numbers: Float32Array, shape: RodShape): Values | null {
     if (this.by === "bending")
       return {
         of: shapes.curvatures(shape),

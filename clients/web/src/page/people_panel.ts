@@ -26,8 +26,18 @@ function store(name: string): void {
 export class PeoplePanel {
   readonly element: HTMLDetailsElement;
   private readonly summary = el("summary", {}, "People");
-  private readonly people = el("ul", { class: "log", "data-test": "people", "aria-label": "In this session" });
-  private readonly made = el("ul", { class: "log", "data-test": "revisions", "aria-label": "Who made which revision" });
+  private readonly people = el("ul", {
+    class: "log",
+    tabIndex: 0,
+    "data-test": "people",
+    "aria-label": "In this session",
+  });
+  private readonly made = el("ul", {
+    class: "log",
+    tabIndex: 0,
+    "data-test": "revisions",
+    "aria-label": "Who made which revision",
+  });
 
   constructor(
     private readonly session: LiveSession,
