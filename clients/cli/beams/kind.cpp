@@ -64,7 +64,7 @@ std::string BeamKind::describe(const v1::ResultInfo& result) const {
 
 std::string BeamKind::remark(const v1::ResultInfo& result) const {
   const auto& error = result.discretisation_error();
-  const std::string overload = overload_words(result.beams().largest_utilisation());
+  std::string overload = overload_words(result.beams().largest_utilisation());
   if (error.compared_elements() == 0) return overload;
   return fmt::format("{}, off by {:.2g} % of the size", overload, 100 * error.position_error());
 }
