@@ -71,6 +71,7 @@ void linkage_drag_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_beams_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_sessions_suite(const SuiteOptions& options, Recorder& recorder);
 void growth_subscribers_suite(const SuiteOptions& options, Recorder& recorder);
+void web_suite(const SuiteOptions& options, Recorder& recorder);
 void ratios_suite(const SuiteOptions& options, Recorder& recorder);
 void stability_suite(const SuiteOptions& options, Recorder& recorder);
 

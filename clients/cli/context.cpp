@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <google/protobuf/any.pb.h>
 #include <google/protobuf/util/json_util.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -27,11 +29,22 @@ bool is_program(const fs::path& path) {
   return fs::is_regular_file(path, ignored) && access(path.c_str(), X_OK) == 0;
 }
 
+/// "limber-ana@host", as others in a session see this program.
+std::string default_name() {
+  std::array<char, 256> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  const struct passwd* user = getpwuid(geteuid());
+  return fmt::format("limber-{}@{}", user != nullptr ? user->pw_name : std::to_string(geteuid()),
+                     host.data())
+      .substr(0, 64);
+}
+
 }  // namespace
 
 client::ClientOptions Context::client_options() const {
   client::ClientOptions options;
   options.timeout = milliseconds(timeout_s);
+  options.client_name = client_name.empty() ? default_name() : client_name;
   options.interrupted = [] { return interrupted(); };
   if (!server_key.empty() || !key_file.empty()) {
     if (server_key.empty() || key_file.empty())

@@ -25,6 +25,7 @@ enum ExitCode {
 class Context {
  public:
   std::string endpoint;
+  std::string client_name;  // what others in a session see; empty: limber-USER@HOST
   bool json = false;
   double timeout_s = 10;
   double connect_timeout_s = 2;      // to find out whether a server is there
@@ -80,6 +81,7 @@ void add_web_command(CLI::App& app, Context& context);
 void add_scene_commands(CLI::App& app, Context& context);
 void add_open_command(CLI::App& app, Context& context);
 void add_session_commands(CLI::App& app, Context& context);
+void add_clients_command(CLI::App& app, Context& context);
 void add_history_commands(CLI::App& app, Context& context);
 void add_script_command(CLI::App& app, Context& context);
 void add_gravity_command(CLI::App& app, Context& context);

@@ -66,6 +66,7 @@ void add_commands(CLI::App& app, Context& context) {
   cli::add_scene_commands(app, context);
   cli::add_open_command(app, context);
   cli::add_session_commands(app, context);
+  cli::add_clients_command(app, context);
   cli::bodies::add_edit_commands(app, context);
   cli::add_history_commands(app, context);
   cli::add_script_command(app, context);
@@ -118,6 +119,14 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--json", context.json,
                "Print JSON, one object a line (64-bit numbers as strings), for scripts");
+  app.add_option("--name", context.client_name,
+                 "What others in a session see this program as (default: limber-USER@HOST)")
+      ->envname("LIMBER_NAME")
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            return name.size() > 64 ? std::string("a name has at most 64 bytes") : std::string();
+          },
+          "TEXT"));
   app.add_option("--server-key", context.server_key,
                  "CURVE: public key of the server, or the file that holds it")
       ->envname("LIMBER_SERVER_KEY");

@@ -244,8 +244,9 @@ void add_result_commands(CLI::App& app, Context& context) {
       ->add_option(
           "--format", export_options->formats,
           "pvd: a .vtu per frame and a .pvd; blender: an .obj of the surface and a .pc2 of its "
-          "vertices; "
-          "pc2: a .pc2 of all nodes; vtp: a .vtp per step "
+          "vertices; surface: of a body that carries a surface (`surface` in its scene), that "
+          "surface with its own vertices, texture coordinates and materials, and a .pc2; pc2: a "
+          ".pc2 of all nodes; vtp: a .vtp per step "
           "with forces and stresses and a .pvd; obj: centrelines and swept surface; json: "
           "joints and segments with curvatures, forces, stresses; vtu, csv, json of beams: nodes "
           "and elements with reactions, forces, stresses; scene: the scene as edited; several are "

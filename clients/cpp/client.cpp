@@ -48,6 +48,9 @@ bool needs_instance(const v1::Request& request) {
 void ClientOptions::validate() const {
   if (timeout <= Milliseconds{0})
     throw invalid("timeout", "timeout must be > 0 ms, is " + std::to_string(timeout.count()));
+  if (client_name.size() > 64)
+    throw invalid("client_name", "client_name has " + std::to_string(client_name.size()) +
+                                     " bytes, at most 64 are allowed");
   if (!keys) return;
   for (const auto& [name, key] :
        {std::pair{"server", &keys->server}, std::pair{"public_key", &keys->public_key},
@@ -95,6 +98,7 @@ std::string Client::stamped(v1::Request& request) {
   request.set_version(kProtocolVersion);
   request.set_id(++last_id_);
   request.set_client(id_);
+  request.set_client_name(options_.client_name);
   if (needs_instance(request)) request.set_instance(instance_);
   std::string bytes;
   if (!request.SerializeToString(&bytes))

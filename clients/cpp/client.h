@@ -26,6 +26,8 @@ struct CurveKeys {
 struct ClientOptions {
   Milliseconds timeout{10000};  // > 0: for answers to requests that wait for nothing themselves
   std::optional<CurveKeys> keys;
+  /// What others in a session see this client as, at most 64 bytes; empty: limberd finds a name.
+  std::string client_name;
   /// Asked about ten times a second while waiting; true ends the wait with CANCELLED.
   std::function<bool()> interrupted;
 

@@ -27,6 +27,14 @@ v1::SessionStatus OpenSession::status() {
 
 v1::ExplainResponse OpenSession::explain() { return client_->call(request<v1::ExplainRequest>()); }
 
+v1::JoinSessionResponse OpenSession::join() {
+  return client_->call(request<v1::JoinSessionRequest>());
+}
+
+v1::LeaveSessionResponse OpenSession::leave() {
+  return client_->call(request<v1::LeaveSessionRequest>());
+}
+
 v1::EditResponse OpenSession::edit(const std::vector<v1::Edit>& edits,
                                    std::optional<std::uint64_t> expected_revision) {
   auto wanted = request<v1::EditRequest>();

@@ -63,6 +63,12 @@ class OpenSession {
   /// it.
   [[nodiscard]] v1::ExplainResponse explain();
 
+  /// From now on this client is in the session, as it is from its first edit on; returns who else
+  /// is, and who made the newest revisions.
+  v1::JoinSessionResponse join();
+  /// Others no longer see it in the session, until it edits or joins again.
+  v1::LeaveSessionResponse leave();
+
   /// All or nothing, in order, as one revision.
   /// @param expected_revision  refused unless this is the newest
   v1::EditResponse edit(const std::vector<v1::Edit>& edits,

@@ -53,6 +53,8 @@ LIMBER_RPC(Explain, explain)
 LIMBER_RPC(LookAt, look_at)
 LIMBER_RPC(SaveSession, save_session)
 LIMBER_RPC(RestoreSession, restore_session)
+LIMBER_RPC(JoinSession, join_session)
+LIMBER_RPC(LeaveSession, leave_session)
 LIMBER_RPC(Shutdown, shutdown)
 #undef LIMBER_RPC
 

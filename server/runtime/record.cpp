@@ -69,6 +69,7 @@ proto::SessionStatus Record::status() const {
     if (state_ == session::State::kBuilding)
       *status.mutable_progress() = encode_progress(progress_);
   }
+  attendance_.describe(status, Attendance::Clock::now());
   describe(status);
   return status;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/session/core/values.h"
+#include "server/runtime/attendance.h"
 #include "server/runtime/frame_streams.h"
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
@@ -42,6 +43,8 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] bool failed() const;
   [[nodiscard]] proto::SessionStatus status() const;
   [[nodiscard]] ResultWaiters& waiters() { return waiters_; }
+  /// Part of the status: who changes it publishes that.
+  [[nodiscard]] Attendance& attendance() { return attendance_; }
 
   /// Frames of the newest result, or of the newest final one.
   /// @throws Error{kNotFound} once it is closed; {kFailedPrecondition} before there are any
@@ -128,6 +131,7 @@ class Record : public std::enable_shared_from_this<Record> {
 
   Hub& hub_;
   ResultWaiters waiters_;
+  Attendance attendance_{Attendance::Clock::now()};
   const std::shared_ptr<FrameStreams> streams_;
   mutable std::mutex mutex_;         // of what follows, and of what subclasses have
   std::uint64_t last_sequence_ = 0;  // of a session before this one

@@ -50,6 +50,9 @@ class Ticket {
   /// How it came: by the request socket, or from a client of other ways (LocalPeer).
   enum class Way { kSocket, kLocalPeer };
   [[nodiscard]] Way way() const { return way_; }
+  /// ClientDirectory's number of its connection. Before it is shared.
+  void note_client_number(std::uint64_t number) { client_number_ = number; }
+  [[nodiscard]] std::uint64_t client_number() const { return client_number_; }
   [[nodiscard]] bool answered() const { return answered_.load(); }
 
  private:
@@ -65,6 +68,7 @@ class Ticket {
   const Way way_;
   Address address_;
   std::uint64_t id_;
+  std::uint64_t client_number_ = 0;
   const std::string instance_;
   StoredReplies* replies_ = nullptr;
   RequestKey key_;

@@ -29,8 +29,30 @@ void Service::put(const std::shared_ptr<Record>& record) {
   for (const auto& failed : sessions_.put(record)) kept_.give_way(*failed);
 }
 
-void Service::open(const proto::OpenSessionRequest& request, const SharedTicket& ticket) {
+void Service::open_session(const SharedTicket& ticket, const Request& request) {
+  (void)ClientDirectory::identify(*ticket, request.client_name());
+  proto::Reply reply;
   kept_.demand_writable();
+  const auto record = open(request.open_session(), *reply.mutable_open_session());
+  note_revision(*record, *ticket, request.client_name(), 0, {"open_session"});
+  if (!kept_.is_on()) {
+    ticket->answer(std::move(reply));
+    return;
+  }
+  kept_.opened(ticket, record, request.open_session().scene(), std::move(reply),
+               [this, record] { drop(record); });
+}
+
+/// Of a session that was opened and could not be stored.
+void Service::drop(const std::shared_ptr<Record>& record) {
+  boost::asio::post(hub_.request_pool, [this, record] {
+    sessions_.remove(*record);
+    kept_.give_way(*record);
+  });
+}
+
+std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
+                                      proto::OpenSessionResponse& response) {
   const Kind& kind = kinds_.of(request.scene(), "scene");
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
@@ -48,66 +70,30 @@ void Service::open(const proto::OpenSessionRequest& request, const SharedTicket&
   }
   guard.release();
   log::info("session {} opened: {}", id, opening->size());
-  proto::Reply reply;
-  auto& response = *reply.mutable_open_session();
   response.set_session(id);
   response.set_uid(name->key().uid);
   response.set_kind(kind.name());
   response.set_job(job);
   for (auto& issue : opening->remarks()) *response.add_issues() = std::move(issue);
-  if (!kept_.is_on()) {
-    ticket->answer(std::move(reply));
-    return;
-  }
-  kept_.opened(ticket, record, request.scene(), std::move(reply), [this, record] { drop(record); });
+  return record;
 }
 
-/// Of a session that was opened and could not be stored.
-void Service::drop(const std::shared_ptr<Record>& record) {
-  boost::asio::post(hub_.request_pool, [this, record] {
-    sessions_.remove(*record);
-    kept_.give_way(*record);
-  });
-}
-
-proto::EditResponse Service::edit(const proto::EditRequest& request) {
-  const auto record = kept_.find(request.session());
+proto::EditResponse Service::edit(Record& record, const proto::EditRequest& request) {
   if (static_cast<std::uint64_t>(request.edits_size()) > kEditsAtOnce) {
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
   }
-  return record->edit(request);
-}
-
-void Service::make_edit(const SharedTicket& ticket, const Request& request) {
-  proto::Reply reply;
-  if (!kept_.is_on()) {
-    *reply.mutable_edit() = edit(request.edit());
-    ticket->answer(std::move(reply));
-    return;
-  }
-  kept_.demand_writable();
-  const auto record = kept_.find(request.edit().session());
-  const std::lock_guard order(record->edit_order());
-  *reply.mutable_edit() = edit(request.edit());
-  const std::uint64_t revision = reply.edit().revision();
-  keep_edit(ticket, request, *record, revision, std::move(reply));
+  return record.edit(request);
 }
 
 void Service::take_design(const SharedTicket& ticket, const Request& request) {
-  if (!kept_.is_on()) return ask_session(ticket, request);
   kept_.demand_writable();
-  const auto record = kept_.find(request.take_design().session());
-  const std::lock_guard order(record->edit_order());
-  proto::Reply reply;
-  if (!record->answer(request, reply)) throw record->lacks(verb_of(request.body_case()).subject);
-  const std::uint64_t revision = reply.take_design().revision();
-  keep_edit(ticket, request, *record, revision, std::move(reply));
+  ask_session(ticket, request);
 }
 
 void Service::keep_edit(const SharedTicket& ticket, const Request& request, Record& record,
                         std::uint64_t revision, proto::Reply reply) {
-  const auto made = record.made_edits(request);
+  const auto made = kept_.is_on() ? record.made_edits(request) : std::nullopt;
   if (made) {
     kept_.edited(ticket, record, revision, *made, std::move(reply));
   } else {

@@ -39,6 +39,9 @@ void KeptSessions::recall(StoredReplies& replies) {
     parked.status.set_state(proto::SESSION_STATE_PARKED);
     parked.status.set_is_stored(true);
     parked.status.clear_progress();
+    parked.status.clear_clients();
+    parked.status.clear_revisions();
+    parked.status.clear_age_s();
     sessions_.park(std::move(parked));
   }
   if (!heads.empty()) log::info("{} sessions are in {}", heads.size(), hub_.store->file().string());

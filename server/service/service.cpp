@@ -88,6 +88,7 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const Address original = address;
   const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_requests,
                                                std::move(address), peek.id, hub_.run.instance);
+  ticket->note_client_number(clients_.note(ticket->client()));
   try {
     if (payload.size() > hub_.options.transport.message_bytes) {
       throw limit_exceeded("", "bytes of a request", hub_.options.transport.message_bytes,
@@ -229,6 +230,7 @@ void Service::drop_waiting(const std::string& client) {
 }
 
 void Service::disconnected(const std::string& client) {
+  leave_all(client);
   if (hub_.open_requests.of(client) == 0) return;
   drop_waiting(client);
   for (const auto& record : sessions_.all()) record->waiters().abandon(client);

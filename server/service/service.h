@@ -8,6 +8,7 @@
 #include "server/runtime/hub.h"
 #include "server/runtime/stored_replies.h"
 #include "server/runtime/ticket.h"
+#include "server/service/client_directory.h"
 #include "server/service/heavy_requests.h"
 #include "server/service/kept_sessions.h"
 #include "server/service/session_registry.h"
@@ -81,10 +82,12 @@ class Service {
   void ask_kinds(const SharedTicket& ticket, const Request& request);
 
   // handlers_session.cpp
-  void open(const proto::OpenSessionRequest& request, const SharedTicket& ticket);
-  proto::EditResponse edit(const proto::EditRequest& request);
-  void make_edit(const SharedTicket& ticket, const Request& request);
+  void open_session(const SharedTicket& ticket, const Request& request);
+  [[nodiscard]] std::shared_ptr<Record> open(const proto::OpenSessionRequest& request,
+                                             proto::OpenSessionResponse& response);
+  proto::EditResponse edit(Record& record, const proto::EditRequest& request);
   void take_design(const SharedTicket& ticket, const Request& request);
+  /// Of a revision that a request has made: it is stored, where sessions are, and then answered.
   void keep_edit(const SharedTicket& ticket, const Request& request, Record& record,
                  std::uint64_t revision, proto::Reply reply);
   void wait(const proto::WaitRequest& request, const SharedTicket& ticket);
@@ -98,6 +101,16 @@ class Service {
   void demand_store() const;
   [[nodiscard]] JobId start_open_job(const SessionKey& key);
   void put(const std::shared_ptr<Record>& record);
+
+  // handlers_presence.cpp
+  void edit_session(const SharedTicket& ticket, const Request& request);
+  void join_session(const SharedTicket& ticket, const Request& request);
+  void leave_session(const SharedTicket& ticket, const Request& request);
+  Attendance::Joined enter(Record& record, const Ticket& ticket, const ClientIdentity& client);
+  /// Who makes a revision is in the session.
+  void note_revision(Record& record, const Ticket& ticket, const std::string& name,
+                     std::uint64_t revision, std::vector<std::string> edits);
+  void leave_all(const std::string& client);
 
   // handlers_frames.cpp
   proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request);
@@ -128,6 +141,7 @@ class Service {
   std::function<void()> request_stop_;
   SessionRegistry sessions_;
   KeptSessions kept_;
+  ClientDirectory clients_;
   StoredReplies replies_;
   HeavyRequests heavy_;
 };

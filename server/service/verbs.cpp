@@ -1,5 +1,8 @@
 // The table of requests: for each where it is handled, whether it leaves something behind, and by
 // whom it is answered. A request without a row does not compile: the switch has no default.
+#include <mutex>
+#include <optional>
+
 #include "server/service/service.h"
 #include "server/wire/errors.h"
 
@@ -15,6 +18,23 @@ std::string session_of(const proto::Request& request) {
   const auto* session = message.GetDescriptor()->FindFieldByName("session");
   LIMBER_DEMAND(session != nullptr);
   return message.GetReflection()->GetString(message, session);
+}
+
+/// The member `revision` of the answer to a request that makes one.
+std::optional<std::uint64_t> revision_of(const proto::Reply& reply) {
+  const auto* body = reply.GetReflection()->GetOneofFieldDescriptor(
+      reply, proto::Reply::descriptor()->FindOneofByName("body"));
+  if (body == nullptr) return std::nullopt;
+  const auto& message = reply.GetReflection()->GetMessage(reply, body);
+  const auto* revision = message.GetDescriptor()->FindFieldByName("revision");
+  if (revision == nullptr) return std::nullopt;
+  return message.GetReflection()->GetUInt64(message, revision);
+}
+
+std::string body_name(const proto::Request& request) {
+  return request.GetReflection()
+      ->GetOneofFieldDescriptor(request, proto::Request::descriptor()->FindOneofByName("body"))
+      ->name();
 }
 
 }  // namespace
@@ -34,8 +54,19 @@ void Service::reply_later(const SharedTicket& ticket, const Request& request) {
 void Service::ask_session(const SharedTicket& ticket, const Request& request) {
   const auto record = kept_.find(session_of(request));
   proto::Reply reply;
-  if (!record->answer(request, reply)) throw record->lacks(verb_of(request.body_case()).subject);
-  ticket->answer(std::move(reply));
+  const Verb verb = verb_of(request.body_case());
+  if (verb.effect == Effect::kLasting)
+    (void)ClientDirectory::identify(*ticket, request.client_name());
+  std::unique_lock order(record->edit_order(), std::defer_lock);
+  if (kept_.is_on() && verb.effect == Effect::kLasting) order.lock();
+  if (!record->answer(request, reply)) throw record->lacks(verb.subject);
+  const auto revision = revision_of(reply);
+  if (!revision || verb.effect != Effect::kLasting) {
+    ticket->answer(std::move(reply));
+    return;
+  }
+  note_revision(*record, *ticket, request.client_name(), *revision, {body_name(request)});
+  keep_edit(ticket, request, *record, *revision, std::move(reply));
 }
 
 void Service::ask_kinds(const SharedTicket& ticket, const Request& request) {
@@ -60,7 +91,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kGetServerInfo:
       return {kLight, kNone, &S::reply_later<&Request::get_server_info, &S::server_info>};
     case Request::kOpenSession:
-      return {kHeavy, kLasting, &S::reply_later<&Request::open_session, &S::open>};
+      return {kHeavy, kLasting, &S::open_session};
     case Request::kListSessions:
       return {kLight, kNone,
               &S::reply<&Request::list_sessions, &Reply::mutable_list_sessions, &S::list_sessions>};
@@ -70,7 +101,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kCloseSession:
       return {kHeavy, kLasting, &S::reply_later<&Request::close_session, &S::close>};
     case Request::kEdit:
-      return {kLight, kLasting, &S::make_edit};
+      return {kLight, kLasting, &S::edit_session};
     case Request::kWait:
       return {kLight, kNone, &S::reply_later<&Request::wait, &S::wait>};
     case Request::kGetMaterial:
@@ -130,6 +161,10 @@ Service::Verb Service::verb_of(int body) {
               &S::reply<&Request::save_session, &Reply::mutable_save_session, &S::save_session>};
     case Request::kRestoreSession:
       return {kHeavy, kLasting, &S::reply_later<&Request::restore_session, &S::restore_session>};
+    case Request::kJoinSession:
+      return {kLight, kNone, &S::join_session};
+    case Request::kLeaveSession:
+      return {kLight, kNone, &S::leave_session};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

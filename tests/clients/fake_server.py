@@ -3,6 +3,7 @@
 import threading
 
 import zmq
+from limber.v1 import presence_pb2 as presence
 from limber.v1 import service_pb2 as service
 from limber.v1 import stream_pb2 as stream
 
@@ -14,7 +15,8 @@ class FakeServer:
         self.requests = f"ipc://{folder}/requests"
         self.stream = f"ipc://{folder}/stream"
         self.seen = []
-        self.handlers = {"get_server_info": self.info}
+        self.handlers = {"get_server_info": self.info,
+                         "join_session": lambda request: presence.JoinSessionResponse(client=1)}
         self.versions = [1]
         self.subscribed = threading.Event()
         self._context = zmq.Context()

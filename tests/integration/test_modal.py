@@ -96,3 +96,50 @@ def test_matrices_and_modes(server):
     with pytest.raises(limber.LimberError):
         opened.modal(10 ** 6)
     opened.close()
+
+
+def pulled(server, **options):
+    """A session whose tip is pulled sideways in one frame."""
+    opened = server.open(small_scene(**options), progress=False)
+    opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.3, 0))
+    return opened, opened.wait()
+
+
+@pytest.mark.parametrize("options", [{}, {"fixed_nodes": []}, {"damping_ratio": 0.05},
+                                     {"optimise": "all", "candidate_modes": 12}, {"length_unit_in_metres": 0.01}])
+def test_control_forces_have_the_energy_that_is_reported(server, options):
+    opened, result = pulled(server, **options)
+    motion = opened.modal().motion
+    frames, modes = motion.coordinates.shape
+    assert (frames, modes) == (opened.status().frames, motion.mixing.shape[1]) and motion.revision == result.revision
+    assert motion.forces.shape == (frames - 2, modes) and motion.candidates.shape[2] == motion.mixing.shape[0]
+    assert motion.force_energy == pytest.approx(opened.wait().force_energy) and motion.force_energy > 0
+    assert motion.energy == pytest.approx(motion.force_energy, rel=1e-7)
+    # The equation of motion, one frame and mode at a time.
+    frame, mode = 29, int(abs(motion.forces[28]).argmax())
+    z, stiffness, damping = motion.coordinates[:, mode], motion.stiffness[mode], motion.damping[mode]
+    velocity = z[frame + 1] - z[frame]
+    acceleration = z[frame + 1] - 2 * z[frame] + z[frame - 1]
+    assert acceleration + damping * velocity + stiffness * z[frame] == pytest.approx(motion.forces[frame - 1, mode], rel=1e-9)
+    opened.close()
+
+
+def test_small_displacements_are_the_sum_of_the_modes(server):
+    opened = server.open(small_scene(length_unit_in_metres=0.01), progress=False)
+    opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.003, 0))
+    opened.wait()
+    motion, shown = opened.modal_motion(), opened.frames(30, 1)[0] - opened.geometry().rest
+    summed = motion.modes @ motion.coordinates[30]
+    assert np.abs(summed - shown).max() < 0.01 * np.abs(shown).max()
+    opened.close()
+
+
+def test_candidates_are_the_modes_that_the_client_finds(server):
+    opened, _ = pulled(server, period_frames=0.0)
+    modal = opened.modal()
+    assert modal.motion.candidate_frequencies == pytest.approx(modal.reported, rel=1e-5)
+    candidates = modal.motion.candidates.reshape(-1, modal.motion.candidates.shape[2])
+    overlap = np.abs((modal.modes * (modal.mass @ candidates)).sum(axis=0))
+    size = np.sqrt((candidates * (modal.mass @ candidates)).sum(axis=0))
+    assert overlap == pytest.approx(size, rel=1e-5)
+    opened.close()

@@ -142,3 +142,21 @@ def test_build_refuses_what_it_does_not_know(build, arguments, words):
     process, calls = build(*arguments)
     assert process.returncode == 2 and words in process.stderr and "usage: scripts/build" in process.stderr
     assert calls == []
+
+
+def test_bench_of_the_page_says_what_it_lacks_and_reads_what_node_measures(limberd, tmp_path):
+    bench = find_binary("limber-bench")
+    process = run([bench, "web"], tmp_path, PATH="/nonexistent")
+    assert process.returncode == 1 and "needs node on PATH: install the package nodejs" in process.stderr
+    if not (ROOT / "clients" / "web" / "dist" / "main.js").exists():
+        pytest.skip("the page is not built")
+    node = program(tmp_path / "path" / "node", 'echo "$@" >&2\n[ "$LIMBER_BIN" ] || exit 1\n'
+                   'echo \'{"suite": "web", "sample": "flower", "edits": 3, "bytes": {"stream": 7}}\'')
+    search = f"{node.parent}:/usr/bin:/bin"
+    process = run([bench, "web", "--quick", "--json", tmp_path / "web.json"], tmp_path, PATH=search)
+    assert process.returncode == 0 and "bench/web.mjs --repeats 2 --moves 20" in process.stderr
+    written = json.loads((tmp_path / "web.json").read_text())
+    assert written["suite"] == "web" and written["cases"] == [{"sample": "flower", "edits": 3, "bytes_stream": 7}]
+    node.write_text("#!/bin/sh\necho 'no Chromium' >&2\nexit 1\n")
+    process = run([bench, "web"], tmp_path, PATH=search)
+    assert process.returncode == 1 and "no Chromium" in process.stderr and "without a result" in process.stderr

@@ -38,7 +38,7 @@ test("two pages see each other's edits", async () => {
   const revision = await first.evaluate(() => Number(window.limber.opened.session.revision));
   await settle(second, revision);
   await until(second, () =>
-    /Somebody else edited.*constraint \d+ (added|changed)/.test(document.querySelector(".notices").textContent),
+    /page-\d+ edited.*constraint \d+ (added|changed)/.test(document.querySelector(".notices").textContent),
   );
   const motions = await Promise.all(
     [first, second].map((page) => page.evaluate(() => [...window.limber.opened.session.motion.data.slice(0, 5000)])),
@@ -46,11 +46,19 @@ test("two pages see each other's edits", async () => {
   assert.deepEqual(motions[0], motions[1]);
   await second.keyboard.press("Control+z");
   await until(first, (revision) => window.limber.opened.session.revision > BigInt(revision), revision);
-  assert.ok(
-    !/Somebody else/.test(
-      await second.evaluate(() => document.querySelector(".log").textContent.replace(/.*revisions? \d+.*/, "")),
-    ),
-  );
+  const people = (page) => page.locator('[data-test="people"] li').allTextContents();
+  const made = (page) => page.locator('[data-test="revisions"]').textContent();
+  await until(second, () => /this page undid/.test(document.querySelector('[data-test="revisions"]').textContent));
+  assert.match(await made(second), /page-\d+ (added|moved) a constraint/);
+  assert.match(await made(first), /this page (added|moved) a constraint.*this page opened the session/);
+  await openPanels(second, "People");
+  await second.getByLabel("Your name here").fill("Ben");
+  await second.getByRole("button", { name: "Use this name" }).click();
+  await until(first, () => /Ben, here for/.test(document.querySelector('[data-test="people"]').textContent));
+  assert.equal((await people(first)).length, 2);
+  await second.click(".brand");
+  await until(first, () => document.querySelectorAll('[data-test="people"] li').length === 1);
+  assert.match((await people(first))[0], /page-\d+ \(this page\)/);
   assert.deepEqual(first.faults.concat(second.faults), []);
 });
 

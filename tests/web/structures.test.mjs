@@ -185,6 +185,24 @@ test("a linkage is made for a dropped surface, designed, paused, and taken", asy
   await page.getByLabel("Joints across").fill("5");
   await page.getByRole("button", { name: "Make the grid" }).click();
   await settle(page);
+  await keepPicture(page, "design-before");
+  const away = await page.evaluate(() => {
+    const { workspace, stage } = window.limber.opened;
+    const mesh = stage.content.children.find((child) => child.material?.opacity === 0.28);
+    const vertices = mesh.geometry.attributes.position;
+    const point = workspace.positions[0].clone();
+    let sum = 0;
+    for (const joint of workspace.positions) {
+      let least = Infinity;
+      for (let i = 0; i < vertices.count; i++) {
+        point.fromBufferAttribute(vertices, i).applyQuaternion(mesh.quaternion).add(mesh.position);
+        least = Math.min(least, point.distanceTo(joint));
+      }
+      sum += least;
+    }
+    return sum / workspace.positions.length;
+  });
+  assert.ok(away < 0.15, `the surface, 2 by 1.4, is drawn ${away} from the joints`);
   await openPanels(page, "Design");
   await page.getByRole("button", { name: "Start" }).click();
   const design = (name) => page.evaluate((name) => window.limber.opened.session.design?.[name], name);
@@ -225,4 +243,56 @@ test("an arch that snaps says so", async () => {
   if (snaps) assert.match(await page.locator(".notices").textContent(), /snapped at/);
   assert.ok((await revision(page)) >= 1);
   assert.match(await page.locator("[data-test=result]").textContent(), /revision \d+: (final|no solution)/);
+});
+
+test("forces are drawn along the beams as the solution has them, and an overloaded structure says so", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "arch");
+  const top = await extreme(page, 1);
+  await page.getByLabel("Dragging a node").selectOption("load");
+  await page.getByLabel("Force of a drag").fill("200");
+  await page.getByLabel("Force of a drag").blur();
+  await drag(page, await seen(page, top.at), [40, 60], 3);
+  await settle(page, 1);
+  for (const [kind, start, finish] of [
+    ["axial", 0, 0],
+    ["shear3", 3, 3],
+    ["moment3", 5, 7],
+    ["moment2", 4, 6],
+  ]) {
+    await page.getByLabel("Diagram").selectOption(kind);
+    await until(page, () => / N/.test(document.querySelector("[data-test=diagram]").textContent));
+    const worst = await page.evaluate(
+      async ([start, finish]) => {
+        const { workspace, session } = window.limber.opened;
+        const { solution } = await session.connection.call("getBeamSolution", { session: session.reference });
+        const { data } = solution.elementForces;
+        const forces = new Float64Array(data.slice().buffer);
+        return Math.max(
+          ...workspace.diagram.drawn.values.map((value, i) =>
+            Math.abs(value - forces[8 * (i >> 1) + (i % 2 ? finish : start)]),
+          ),
+        );
+      },
+      [start, finish],
+    );
+    assert.equal(worst, 0, `${kind} is not what the solution has`);
+    await keepPicture(page, `diagram-${kind}`);
+  }
+  await page.locator("canvas.view").focus();
+  await page.keyboard.press("Escape");
+  await page.getByLabel("Beam by number").fill("3");
+  await page.getByRole("button", { name: "Select the beam" }).click();
+  await until(page, () => /Axial force.* N/.test(document.querySelector("[data-test=forces]").textContent));
+  assert.deepEqual(await accessibilityFaults(page), []);
+  const last = await page.evaluate(async (node) => {
+    const load = { node, force: { x: 0, y: 0, z: 5000 } };
+    const edits = [{ edit: { case: "setBeamLoad", value: { load } } }];
+    return Number((await window.limber.opened.session.edit(edits)).revision);
+  }, top.index);
+  await settle(page, last);
+  assert.ok((await page.evaluate(() => window.limber.opened.session.result.beams.largestUtilisation)) > 1);
+  assert.match(await page.locator("[data-test=result]").textContent(), /overloaded: .* times the yield stress/);
+  await until(page, () => /overloaded/.test(document.querySelector(".notices").textContent));
+  assert.deepEqual(page.faults, []);
 });

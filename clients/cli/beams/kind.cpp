@@ -39,7 +39,8 @@ std::string BeamKind::describe(const v1::ResultInfo& result) const {
   // 0 where no yield stress is known.
   const std::string utilisation =
       beams.largest_utilisation() > 0
-          ? fmt::format("utilisation       {:.3g}\n", beams.largest_utilisation())
+          ? fmt::format("utilisation       {:.3g}{}\n", beams.largest_utilisation(),
+                        overload_words(beams.largest_utilisation()))
           : "";
   std::string text = fmt::format(
       "revision          {}\n"
@@ -63,8 +64,9 @@ std::string BeamKind::describe(const v1::ResultInfo& result) const {
 
 std::string BeamKind::remark(const v1::ResultInfo& result) const {
   const auto& error = result.discretisation_error();
-  if (error.compared_elements() == 0) return "";
-  return fmt::format(", off by {:.2g} % of the size", 100 * error.position_error());
+  std::string overload = overload_words(result.beams().largest_utilisation());
+  if (error.compared_elements() == 0) return overload;
+  return fmt::format("{}, off by {:.2g} % of the size", overload, 100 * error.position_error());
 }
 
 }  // namespace

@@ -99,7 +99,8 @@ void print_solution(const v1::BeamSolution& answer) {
              total, energies.stretching(), energies.torsion(),
              energies.bending_2() + energies.bending_3());
   if (answer.largest_utilisation() > 0)
-    fmt::print("utilisation  {:.3g}\n", answer.largest_utilisation());
+    fmt::print("utilisation  {:.3g}{}\n", answer.largest_utilisation(),
+               overload_words(answer.largest_utilisation()));
   for (const auto& snap : answer.snaps()) fmt::print("snap         {}\n", snap_words(snap));
   if (!answer.message().empty()) fmt::print("{}\n", answer.message());
 }

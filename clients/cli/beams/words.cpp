@@ -15,6 +15,12 @@ std::string snap_words(const v1::BeamSnap& snap) {
                      snap.node(), snap.turn());
 }
 
+std::string overload_words(double utilisation) {
+  if (utilisation <= 1) return "";
+  return fmt::format(", OVERLOADED: the largest stress is {:.3g} times the yield stress",
+                     utilisation);
+}
+
 std::string discretisation_words(const v1::DiscretisationError& error) {
   if (error.compared_elements() == 0) return "not known: " + error.message();
   const std::string tolerance =

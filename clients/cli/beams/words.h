@@ -15,4 +15,7 @@ namespace v1 = limber::v1;
 /// "0.12 % of the size" and what else an estimate says, on one line.
 [[nodiscard]] std::string discretisation_words(const v1::DiscretisationError& error);
 
+/// Above 1: ", OVERLOADED: ..", else nothing.
+[[nodiscard]] std::string overload_words(double utilisation);
+
 }  // namespace limber::cli::beams

@@ -16,13 +16,13 @@ from .beams.geometry import BeamGeometry
 from .beams.results import BeamResult
 from .beams.scenes import beam_scene
 from .beams.session import BeamSession
-from .beams.solutions import BeamSnap, BeamSolution
+from .beams.solutions import BeamSnap, BeamSolution, StrengthWarning
 from .bodies.edits import Axes, add, dynamics, ends, move, optimise, remove, replace, reset_material
 from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .bodies.material import Material, Mode
-from .bodies.modal import Modal
+from .bodies.modal import Modal, ModalMotion
 from .bodies.motions import base_motion
 from .bodies.picking import SurfacePoint
 from .bodies.recoveries import Recovery
@@ -48,6 +48,7 @@ from .linkages.shapes import LinkageGeometry, Shape
 from .linkages.solutions import LinkageSolution
 from .motion import MotionStream, MotionUpdate
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
+from .presence import RevisionMade, SessionClient
 from .results import DiscretisationError, MotionError, Result
 from .saving import Saved
 from .scenes import load_scene
@@ -60,10 +61,10 @@ __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
-    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "Mode", "MotionError", "MotionStream",
-    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Saved", "Server",
-    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionPage", "Shape", "Simulation", "StartingGrid",
-    "StreamedFrames", "SurfacePoint", "Target", "add",
+    "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "ModalMotion", "Mode", "MotionError", "MotionStream",
+    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
+    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "StartingGrid",
+    "StreamedFrames", "StrengthWarning", "SurfacePoint", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",

@@ -74,7 +74,7 @@ def _add_save(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("session")
     parser.add_argument("file")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of .glb, as a share of the size (%(default)g)")
-    parser.add_argument("--up", choices=("y", "z"), default="z", help="of the scene, for .glb (z)")
+    parser.add_argument("--up", choices=("y", "z"), help="of the scene, for .glb (y of bodies, z of linkages and beams)")
     parser.add_argument("--surface", help="of a body: an .obj that was drawn around its tets and follows them, or 'nodes' for the "
                         "boundary of its tets; by default the surface that it carries, if any")
     parser.set_defaults(run=_save)
@@ -94,7 +94,7 @@ def _add_picture(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--colour", default="none", help="none, displacement, strain, stress, utilisation: see the guide")
     parser.add_argument("--frame", type=int, default=-1, help="the last one by default")
     parser.add_argument("--view", type=float, nargs=2, default=(-60.0, 25.0), metavar=("AZIMUTH", "ELEVATION"))
-    parser.add_argument("--up", choices=("y", "z"), default="z")
+    parser.add_argument("--up", choices=("y", "z"), help="of the scene (y of bodies, z of linkages and beams)")
     parser.add_argument("--yield-stress", type=float, help="for the utilisation of linkages [Pa]")
     parser.add_argument("--title", default="")
     parser.set_defaults(run=_picture)

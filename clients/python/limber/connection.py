@@ -26,6 +26,7 @@ from google.protobuf.message import DecodeError
 from . import checks
 from .errors import LimberError, ServerRestarted, ServerUnreachable, from_message
 from .messages import common, service
+from .presence import client_name
 
 VERSION = 1
 _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
@@ -93,13 +94,14 @@ def _needs_instance(kind: str, message: Any) -> bool:
 class Connection:
     """Requests to one limberd. Thread-safe."""
 
-    def __init__(self, endpoint: str, keys: CurveKeys | None = None, timeout: float = 10.0):
-        """timeout: how long an answer may take [s] where the request itself does not wait for something."""
+    def __init__(self, endpoint: str, keys: CurveKeys | None = None, timeout: float = 10.0, name: str | None = None):
+        """timeout: how long an answer may take [s] where the request itself does not wait for something; name: as of connect()."""
         checks.text(endpoint, "endpoint")
         checks.duration(timeout, "timeout")
         self.endpoint = endpoint
         self.keys = keys
         self.timeout = timeout
+        self.client_name = client_name(name)
         self.context = zmq.Context()
         self.client = secrets.token_hex(16)  # by which limberd knows repeated requests, also on a new connection
         # The run of limberd that is meant by plain names of sessions: that of the first answer; a later one once a
@@ -201,7 +203,7 @@ class Connection:
         self.context.destroy(linger=0)
 
     def _submit(self, kind: str, message) -> tuple[int, bytes, futures.Future]:
-        request = service.Request(version=VERSION, id=next(self._ids), client=self.client,
+        request = service.Request(version=VERSION, id=next(self._ids), client=self.client, client_name=self.client_name,
                                   instance=self.instance if _needs_instance(kind, message) else "", **{kind: message})
         data = request.SerializeToString()
         future: futures.Future = futures.Future()

@@ -108,13 +108,13 @@ def stop(process: subprocess.Popen, patience: float = 10.0) -> int:
 
 def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "ipc", arguments: Sequence[str] = (),
            cache_dir: "str | os.PathLike[str] | None" = None, timeout: float = 30.0, web: bool = False,
-           embed_in: "Sequence[str] | None" = None) -> LaunchedServer:
+           embed_in: "Sequence[str] | None" = None, name: str | None = None) -> LaunchedServer:
     """Starts a limberd of our own and connects to it. It ends with the server object, or with this process.
 
     binary: default see find_binary(); transport: "ipc" (sockets in a folder that goes with the server) or "tcp" (free
     ports on loopback, for other clients too); arguments: more options of limberd; cache_dir: for built models (default:
     limberd's own, so that a scene that was opened before is ready at once). Raises LimberError with what limberd printed
-    if it does not start.
+    if it does not start. name: as of connect().
 
     web: serves the page too, on a free port of loopback, for OpenSession.show(). embed_in: origins of pages that may embed it, such as
     "http://localhost:8888"; in a notebook, by default those of this user's notebook servers on this machine.
@@ -145,7 +145,7 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "
         with open(folder / "limberd.log", "wb") as log:
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         guard = Guard(process.pid, folder)
-        connection = Connection(_await_ready(process, folder, timeout))
+        connection = Connection(_await_ready(process, folder, timeout), name=name)
         return LaunchedServer(connection, process, folder, guard)
     except BaseException as error:
         if connection:

@@ -5,6 +5,7 @@ try:
     from .v1 import beams_pb2 as beams
     from .v1 import common_pb2 as common
     from .v1 import design_pb2 as design
+    from .v1 import presence_pb2 as presence
     from .v1 import scene_pb2 as scene
     from .v1 import service_pb2 as service
     from .v1 import stream_pb2 as stream
@@ -13,4 +14,4 @@ except ImportError as error:
         "the messages of limber.v1 are not usable here: build limber once (scripts/build), which writes "
         f"limber/v1/*_pb2.py, and use a Python with protobuf >= 3.20 ({error})") from error
 
-__all__ = ["beam_structure", "beams", "common", "design", "scene", "service", "stream"]
+__all__ = ["beam_structure", "beams", "common", "design", "presence", "scene", "service", "stream"]

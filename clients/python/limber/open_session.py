@@ -14,11 +14,12 @@ from . import arrays, browsing, checks, edits, exports, pictures, player, render
 from .browsing import SessionPage
 from .errors import LimberError
 from .exports import Export
-from .messages import common, service
+from .messages import common, presence, service
 from .motion import MotionStream
 from .moving import MovingPoints, MovingSurface
 from .pictures import Coloured
 from .player import Played
+from .presence import RevisionMade, SessionClient
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
 from .saving import Saved
@@ -54,6 +55,8 @@ class Receipt:
 class OpenSession:
     """A session on a server; several may name the same session."""
 
+    UP = "z"  # the axis of its scenes that is up in pictures and .glb files, unless said otherwise
+
     def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = (), uid: int = 0,
                  instance: str = ""):
         self.server = server
@@ -63,6 +66,7 @@ class OpenSession:
         self.job = job                    # that builds the model
         self.issues = tuple(issues)       # repairs and warnings of the mesh
         self.revision = 0                 # newest this client made or saw
+        self._client = 0                  # number of this client in the session's list; 0: not known
         self._is_accuracy_reported = False  # of the model, by a warning where it misses its tolerance
 
     @property
@@ -79,6 +83,25 @@ class OpenSession:
     def status(self) -> "service.SessionStatus":
         """State, sizes, model and newest result."""
         return self.connection.call("get_session", service.GetSessionRequest(session=self.reference)).status
+
+    def clients(self) -> list[SessionClient]:
+        """Who is in the session, the longest first: whoever opened, joined or edited it and is still connected. A client that died
+        is there for at most 20 s. Every change comes with the topic session/ID/status."""
+        return [SessionClient.from_message(one, self._client) for one in self.status().clients]
+
+    def revisions(self) -> list[RevisionMade]:
+        """Who made the newest revisions and what they were, the newest first; those of one client and kind in a row as one, at
+        most 16."""
+        return [RevisionMade.from_message(one) for one in self.status().revisions]
+
+    def join(self) -> None:
+        """Others see this client in the session from now on, as they do once it has opened or edited it, or Server.session() was
+        called for it."""
+        self._client = self.connection.call("join_session", presence.JoinSessionRequest(session=self.reference)).client
+
+    def leave(self) -> None:
+        """Others no longer see this client in the session, until it edits or joins it again. The session stays."""
+        self.connection.call("leave_session", presence.LeaveSessionRequest(session=self.reference))
 
     def explain(self) -> "service.ExplainResponse":
         """What was chosen for the session and why (`choices`), which error its newest result has and how that was found
@@ -219,23 +242,26 @@ class OpenSession:
         return Coloured(surface.faces, surface.positions[frame], np.zeros(0), "")
 
     def picture(self, path: "str | os.PathLike[str]", *, colour: str = "none", frame: int = -1,
-                view: Sequence[float] = (-60.0, 25.0), up: str = "z", size: Sequence[float] = (8.0, 6.0), title: str = "",
+                view: Sequence[float] = (-60.0, 25.0), up: str | None = None, size: Sequence[float] = (8.0, 6.0), title: str = "",
                 limits: "Sequence[float] | None" = None, yield_stress: float | None = None) -> Path:
         """Draws the newest result into a .png, .svg or .pdf; needs python3-matplotlib, and no display.
 
         colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of
         bodies with the material of each tet), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
-        the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene. size: inches;
-        limits: of the colours' scale, where pictures are to be compared.
+        the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene, by default
+        `UP`, y of bodies and z of linkages and beams, as on the page. size: inches; limits: of the colours' scale, where pictures are to be compared.
         """
-        return pictures.draw(self, path, colour=colour, frame=frame, view=view, up=up, size=size, title=title, limits=limits,
+        return pictures.draw(self, path, colour=colour, frame=frame, view=view, up=self._up(up), size=size, title=title, limits=limits,
                              yield_stress=yield_stress)
+
+    def _up(self, given: "str | None") -> str:
+        return self.UP if given is None else given
 
     def moving_points(self) -> MovingPoints:
         """Nodes or joints of the newest result, in all frames."""
         raise LimberError("UNSUPPORTED", "sessions of this kind have no points that this client knows", "session")
 
-    def save(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str = "z",
+    def save(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str | None = None,
              frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None,
              surface: "str | os.PathLike[str] | None" = None) -> Saved:
         """Writes the motion of the newest result as one file that other programs play, made by this client.
@@ -243,8 +269,8 @@ class OpenSession:
         By the ending of path:
 
         - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
-          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` ("y"
-          or "z") turned to glTF's y
+          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` of
+          the scene ("y" or "z"; by default `UP`, y of bodies and z of linkages and beams, as on the page) turned to glTF's y
         - ".mdd", ".pc2": caches of all vertices, with an .obj beside: STEM_surface.obj, or STEM_detail.obj of an artist's surface. Files
           there that save() did not write are never replaced: it refuses (FAILED_PRECONDITION)
         - ".pvd": a .vtu of the surface for each frame
@@ -257,7 +283,7 @@ class OpenSession:
         order, texture coordinates and materials (of the .mtl files that were beside it), else the boundary of its tets, which is
         "nodes". Or another .obj that was drawn around the tets: those of its materials count that are in files beside it.
         """
-        return saving.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, nodes=nodes,
+        return saving.save(self, path, tolerance=tolerance, up=self._up(up), frames_per_second=frames_per_second, nodes=nodes,
                            surface=surface)
 
     def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:

@@ -39,7 +39,7 @@ class Saved:
         return iter(self.files)
 
 
-def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: float = TOLERANCE, up: str = "z",
+def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: float, up: str,
          frames_per_second: float | None = None, nodes: "Iterable[int] | None" = None,
          surface: "str | os.PathLike[str] | None" = None) -> Saved:
     """See OpenSession.save()."""

@@ -105,6 +105,7 @@ class ServerCore:
         opened = kind.session_class(response.kind)(
             self, response.session, response.job, [issue_text(issue) for issue in response.issues], response.uid,
             self.connection.instance)
+        opened.join()
         if opener is not None:
             known = self.connection.call("get_session", service.GetSessionRequest(session=opened.reference, with_scene=True))
             opened.issues += (f"note: {scene} is opened as {opener.describe_defaults(known.scene)}",)
@@ -119,10 +120,12 @@ class ServerCore:
 
     def session(self, id: str) -> Any:
         """Attaches to a session of any client: a Session, LinkageSession or BeamSession, or what register_kind() says. id: its name, or `name@uid`
-        (OpenSession.reference), which never is another session of that name."""
+        (OpenSession.reference), which never is another session of that name. From then on others see this client in it
+        (OpenSession.clients())."""
         status = OpenSession(self, checks.text(id, "session")).status()
         attached = kind.session_class(status.kind)(self, status.session or id, uid=status.uid, instance=self.connection.instance)
         attached.revision = status.revision
+        attached.join()
         attached.warn_of_accuracy(status, stacklevel=2)
         return attached
 

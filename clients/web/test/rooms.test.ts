@@ -10,7 +10,7 @@ const ALLOWED: Record<string, string[]> = {
   controls: ["workspace"],
   session: ["wire", "controls"],
   view: [],
-  rods: ["view", "controls"],
+  rods: ["view", "controls", "session"],
   workspace: ["session", "view"],
   bodies: KIND,
   linkages: KIND,

@@ -108,7 +108,14 @@ test("an element between nodes that turn bends as a cubic", () => {
 });
 
 test("values are shares of their range, unknown ones apart", () => {
-  const { shares, low, high } = normalize(Float32Array.from([2, Number.NaN, 4]));
+  const { shares, low, high } = normalize(Float32Array.from([2, Number.NaN, 4]), 0.1);
   assert.deepEqual([...shares], [0, -1, 1]);
   assert.deepEqual([low, high], [2, 4]);
+});
+
+test("nothing is coloured by rounding", () => {
+  const straight = normalize(Float32Array.from([1e-9, -3e-9, 2e-9]), 1e-3);
+  assert.deepEqual([[...straight.shares], straight.low, straight.high], [[0, 0, 0], 0, 0]);
+  const equal = normalize(Float32Array.from([55, 55.00001]), 0.01);
+  assert.ok(Math.max(...equal.shares) < 1e-2);
 });

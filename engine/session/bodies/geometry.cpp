@@ -16,17 +16,24 @@ Geometry rest_geometry(const scene::Scene& scene, const MappedBody& mapped) {
   return geometry;
 }
 
-Geometry with_basis(Geometry geometry, const scene::Scene& scene,
-                    const std::vector<int>& compact_of_source, const Eigen::MatrixXd& basis) {
+Eigen::MatrixXd source_displacements(const scene::Scene& scene,
+                                     const std::vector<int>& compact_of_source,
+                                     const Eigen::Ref<const Eigen::MatrixXd>& displacements) {
   const LengthUnit unit(scene.length_unit_in_metres);
   const Eigen::Index sources = scene.mesh.node_count();
-  geometry.basis.setZero(3 * sources, basis.cols());
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(3 * sources, displacements.cols());
   for (Eigen::Index node = 0; node < sources; ++node) {
     const int compact = compact_of_source[static_cast<std::size_t>(node)];
     if (compact < 0) continue;
-    geometry.basis.middleRows(3 * node, 3) =
-        unit.to_scene(basis.middleRows(3 * compact, 3).array()).matrix().cast<float>();
+    moved.middleRows(3 * node, 3) =
+        unit.to_scene(displacements.middleRows(3 * compact, 3).array()).matrix();
   }
+  return moved;
+}
+
+Geometry with_basis(Geometry geometry, const scene::Scene& scene,
+                    const std::vector<int>& compact_of_source, const Eigen::MatrixXd& basis) {
+  geometry.basis = source_displacements(scene, compact_of_source, basis).cast<float>();
   geometry.basis_hash = ContentHash().add("limber basis 1").add(geometry.basis).hex();
   return geometry;
 }

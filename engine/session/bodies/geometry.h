@@ -28,6 +28,12 @@ namespace limber::session {
                                            const Eigen::MatrixXd& basis,
                                            const Eigen::Ref<const Eigen::MatrixXf>& coordinates);
 
+/// Displacements of compact nodes (3n x k [m]) as those of the nodes that the client sent [scene
+/// units], 3 source nodes x k; 0 of nodes of no tet.
+[[nodiscard]] Eigen::MatrixXd source_displacements(
+    const scene::Scene& scene, const std::vector<int>& compact_of_source,
+    const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+
 /// Positions [scene units] of displacements (3n x frames [m] of compact nodes), 3 source nodes x
 /// frames. Nodes of no tet stay where they are.
 [[nodiscard]] Eigen::MatrixXf source_positions(

@@ -1,5 +1,8 @@
 #include "engine/session/bodies/session.h"
 
+#include <algorithm>
+#include <numbers>
+
 #include "engine/session/bodies/impl.h"
 
 namespace limber::session {
@@ -114,6 +117,15 @@ std::optional<FirstPictureInfo> BodySession::first_picture() const {
 Eigen::MatrixXd BodySession::positions(const BodyResult& result, int first_frame,
                                        int frame_count) const {
   return impl_->positions(result, first_frame, frame_count);
+}
+
+CandidateModes BodySession::candidate_modes() const {
+  const auto built = impl_->read([this] { return impl_->built(); });
+  if (!built) throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  const reduced::ReducedModel& model = *built->model;
+  const Eigen::ArrayXd stiffness = model.eigenvalues.array().max(0);
+  return {source_displacements(*unedited(), *built->compact_of_source, model.modes),
+          (stiffness.sqrt() / (2 * std::numbers::pi)).matrix()};
 }
 
 }  // namespace limber::session

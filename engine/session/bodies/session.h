@@ -38,6 +38,12 @@ struct ShownBasis {
   std::shared_ptr<const Geometry> geometry;      // the same in single precision, as sent to clients
 };
 
+/// W-hat, of which the modes of a material are mixtures.
+struct CandidateModes {
+  Eigen::MatrixXd modes;        // 3 source nodes x R [scene units]: to first order, what z = 1 does
+  Eigen::VectorXd frequencies;  // R [Hz], of the scene's material; 0 of rigid motions
+};
+
 /// One published iterate: immutable, shared between threads. Where the solve failed, the solver
 /// threw: the motion is an earlier result's, or rest; the report is empty but for its message.
 struct BodyResult : ResultHeader {
@@ -205,6 +211,9 @@ class BodySession {
   /// double.
   [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
                                           int frame_count) const;
+
+  /// @throws Error{kFailedPrecondition} while building
+  [[nodiscard]] CandidateModes candidate_modes() const;
 
  private:
   class Impl;

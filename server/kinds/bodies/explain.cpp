@@ -108,8 +108,8 @@ void add_errors(const proto::SessionStatus& status, const scene::Scene& scene,
     explanation.expect(
         "shapes of the shown motion", error.shape_error(), "",
         fmt::format("compared with full reconstructions of {} frames", error.frames()), tolerance);
-    explanation.expect("nodes of the shown motion, the worst", error.max_distance_share(),
-                       "body lengths", "found in the same frames");
+    explanation.expect("nodes of the shown motion, the worst, of the body's length",
+                       error.max_distance_share(), "", "found in the same frames");
   } else {
     explanation.expect("shapes of the shown motion", {}, "",
                        "compared with full reconstructions after the final result: wait until "

@@ -1,6 +1,7 @@
 #include "server/kinds/bodies/material.h"
 
 #include "server/wire/arrays.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 
@@ -26,6 +27,33 @@ proto::GetMaterialResponse encode_fitted_material(const session::BodyResult& res
   encode_modes(result.initial_material->dynamics, frames_per_second, *response.mutable_initial());
   *response.mutable_mixing() = encode_matrix(result.material->mixing);
   return response;
+}
+
+proto::Array encode_coordinates(const session::BodyResult& result) {
+  return encode_matrix(result.modal.transpose());
+}
+
+void add_candidates(const session::BodySession& session, std::uint64_t message_bytes,
+                    proto::GetMaterialResponse& response) {
+  const auto model = session.model();
+  if (!model) throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  const auto bytes = static_cast<std::uint64_t>(session.unedited()->mesh.nodes.size()) *
+                     static_cast<std::uint64_t>(model->coordinate_count()) * sizeof(double);
+  if (bytes > message_bytes)
+    throw limit_exceeded("with_candidates", "bytes of the candidate modes", message_bytes, bytes);
+  const session::CandidateModes candidates = session.candidate_modes();
+  if (static_cast<std::uint64_t>(candidates.modes.cols()) != response.mixing().shape(0)) {
+    throw Error(ErrorCode::kFailedPrecondition, "session",
+                "the session changes its modes just now: ask again");
+  }
+  auto& modes = *response.mutable_candidates();
+  modes = encode_matrix(candidates.modes);
+  modes.clear_shape();
+  modes.add_shape(static_cast<std::uint64_t>(candidates.modes.rows() / 3));
+  modes.add_shape(3);
+  modes.add_shape(static_cast<std::uint64_t>(candidates.modes.cols()));
+  for (const double frequency : candidates.frequencies)
+    response.add_candidate_frequencies_hz(frequency);
 }
 
 }  // namespace limber::server

@@ -138,7 +138,7 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
 bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
   switch (request.body_case()) {
     case proto::Request::kGetMaterial:
-      *reply.mutable_get_material() = material();
+      *reply.mutable_get_material() = material(request.get_material());
       return true;
     case proto::Request::kExplain:
       *reply.mutable_explain() = explanation();
@@ -155,13 +155,16 @@ bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
   }
 }
 
-proto::GetMaterialResponse BodyRecord::material() const {
+proto::GetMaterialResponse BodyRecord::material(const proto::GetMaterialRequest& request) const {
   const auto session = this->session();
   const auto result = demand_result(false);
   if (result->is_first_picture) throw model_not_built();
   proto::GetMaterialResponse response =
       encode_fitted_material(*result, session->dynamics().frames_per_second);
   response.set_variables(encode_variables(session->material_variables()));
+  if (request.with_coordinates()) *response.mutable_coordinates() = encode_coordinates(*result);
+  if (request.with_candidates() && response.has_mixing())
+    add_candidates(*session, hub_.options.transport.message_bytes, response);
   *response.mutable_result() = encode_result(*result, opened_.length_unit);
   return response;
 }
@@ -212,6 +215,8 @@ void BodyRecord::describe(proto::SessionStatus& status) const {
     const std::lock_guard lock(mutex_);
     status.set_constraints(static_cast<std::uint32_t>(constraints_));
     if (model_) *status.mutable_model() = *model_;
+    // A model that has grown since is told as it is now.
+    if (model_ && state_ == session::State::kReady) status.set_message(model_->message());
   }
   if (session) status.set_revision(session->revision());
 }

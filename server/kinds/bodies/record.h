@@ -65,7 +65,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   /// @throws Refusal LIMIT_EXCEEDED if so many constraints and keyframes would take the session
   /// beyond its memory
   void demand_memory(std::size_t constraints, std::size_t keyframes) const;
-  [[nodiscard]] proto::GetMaterialResponse material() const;
+  [[nodiscard]] proto::GetMaterialResponse material(const proto::GetMaterialRequest& request) const;
   [[nodiscard]] proto::ExplainResponse explanation() const;
   [[nodiscard]] proto::SolveColdResponse solve_cold();
   void look_at(const proto::LookAtRequest& request);

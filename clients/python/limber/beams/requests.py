@@ -27,10 +27,13 @@ class BeamRequests(ServerCore):
         "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many along the path are kept;
         follow: Newton's method stays on the branch of equilibria where temporary loads push, too (without them "choose"
         does); answer.snaps tells where it ends.
+        Warns (limber.StrengthWarning) where a stress is beyond the yield stress.
         Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
         """
         checks.seconds(timeout, "timeout")
         request = solutions.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes,
                                 follow=follow)
         response = self.connection.call("solve_beams", request, timeout=max(60.0, self.connection.timeout))
-        return solutions.made_of(self._wait_or_cancel(response.job, progress, timeout))
+        solution = solutions.made_of(self._wait_or_cancel(response.job, progress, timeout))
+        solutions.warn_of_strength(solution.utilisation, "the structure", stacklevel=2)
+        return solution

@@ -96,10 +96,19 @@ class BeamSession(OpenSession):
         return self.geometry().rotations(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
 
     def solution(self) -> BeamSolution:
-        """Positions, reactions, forces, stresses and energies of the newest equilibrium, in full precision."""
+        """Positions, reactions, forces, stresses and energies of the newest equilibrium, in full precision. Warns
+        (limber.StrengthWarning) where a stress is beyond the yield stress."""
         request = service.GetBeamSolutionRequest(session=self.reference)
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
-        return solutions.from_message(response.solution)
+        solution = solutions.from_message(response.solution)
+        solutions.warn_of_strength(solution.utilisation, f"the structure of session {self.id}", stacklevel=2)
+        return solution
+
+    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> BeamResult:
+        """As of every session; warns (limber.StrengthWarning) where a stress of a final result is beyond the yield stress."""
+        result = super().wait(revision, until, timeout)
+        solutions.warn_of_strength(result.utilisation, f"the structure of session {self.id}", stacklevel=2)
+        return result
 
     def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
         """The elements with their sections, straight from node to node."""

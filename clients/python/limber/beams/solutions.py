@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Iterable
@@ -21,6 +22,17 @@ METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_M
            "relaxation_then_newton": messages.BEAM_METHOD_RELAXATION_THEN_NEWTON}
 FORMATS = {"vtu": messages.BEAM_FILE_FORMAT_VTU, "csv": messages.BEAM_FILE_FORMAT_CSV,
            "json": messages.BEAM_FILE_FORMAT_JSON}
+
+
+class StrengthWarning(UserWarning):
+    """Beams are stressed beyond their yield stress: limber computes on as if nothing yielded."""
+
+
+def warn_of_strength(utilisation: float, where: str, stacklevel: int) -> None:
+    """utilisation: the largest; stacklevel: as of warnings.warn, of whoever calls this."""
+    if utilisation > 1:
+        warnings.warn(f"{where} is overloaded: the largest stress is {utilisation:.3g} times the yield stress, and limber computes on "
+                      "as if nothing yielded", StrengthWarning, stacklevel=stacklevel + 1)
 
 
 @dataclass(frozen=True)
@@ -79,6 +91,11 @@ class BeamSolution:
     def converged(self) -> bool:
         """Forces and moments balance, and the energy rises in every direction."""
         return self.status == "CONVERGED"
+
+    @property
+    def utilisation(self) -> float:
+        """The largest of all elements; above 1 the structure is overloaded. 0 where no yield stress is known."""
+        return float(self.utilisations.max(initial=0.0))
 
     @property
     def energy(self) -> float:

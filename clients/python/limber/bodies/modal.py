@@ -7,13 +7,44 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import checks
+from .. import arrays, checks
 from ..errors import LimberError, invalid
+from ..messages import service
 from . import tet_materials
 from .tet_materials import TetMaterials
 
 if TYPE_CHECKING:
     from .session import Session
+
+
+@dataclass(frozen=True)
+class ModalMotion:
+    """The newest motion of a session in its modal coordinates, and the control forces that it takes. Coordinate 1 of the first
+    elastic mode moves the farthest node by a body length; time is in frames. The six rigid motions of a free body come first."""
+
+    coordinates: np.ndarray   # z, frames x r
+    stiffness: np.ndarray     # (r,) lambda [1/frame^2]
+    damping: np.ndarray       # (r,) d [1/frame]
+    frequencies: np.ndarray   # (r,) of the modes in frames [Hz], at most half the frames per second
+    # w, (frames - 2) x r, row i of frame i + 1: z[i] + (lambda - d - 2) z[i + 1] + (1 + d) z[i + 2], the equation of motion
+    # z'' + d z' + lambda z = w with the frame as the unit of time. What no frame says of the first and the last is not there.
+    forces: np.ndarray
+    mixing: np.ndarray        # S, candidates x r: column k is the mixture of candidates that mode k is
+    candidates: np.ndarray    # nodes x 3 x candidates [length unit]: what coordinate 1 displaces at rest, to first order
+    # (candidates,) [Hz] of the scene's material, whatever its dynamics say; 0 of rigid motions.
+    candidate_frequencies: np.ndarray
+    force_energy: float       # as the result of these frames tells it
+    revision: int             # of that result
+
+    @property
+    def modes(self) -> np.ndarray:
+        """nodes x 3 x r [length unit]: candidates times mixing."""
+        return self.candidates @ self.mixing
+
+    @property
+    def energy(self) -> float:
+        """Half the sum of squared control forces: force_energy, computed here."""
+        return 0.5 * float((self.forces ** 2).sum())
 
 
 @dataclass(frozen=True)
@@ -31,6 +62,27 @@ class Modal:
     reported: np.ndarray
     # How many times faster the session's modes are than the material: 1 where its dynamics have period_frames 0.
     speed: float
+    motion: ModalMotion  # the newest motion in the session's own modal coordinates, with its control forces and the mixing S
+
+
+def control_forces(coordinates: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """(frames - 2) x r of frames x r, see ModalMotion.forces."""
+    before, at, behind = coordinates[:-2], coordinates[1:-1], coordinates[2:]
+    return before + (stiffness - damping - 2) * at + (1 + damping) * behind
+
+
+def motion_of(session: "Session") -> ModalMotion:
+    """Of the newest result."""
+    request = service.GetMaterialRequest(session=session.reference, with_coordinates=True, with_candidates=True)
+    answer = session.connection.call("get_material", request, timeout=max(60.0, session.connection.timeout))
+    if not answer.HasField("coordinates") or not answer.HasField("candidates"):
+        raise LimberError("FAILED_PRECONDITION", "there is no motion yet", "session")
+    coordinates = arrays.to_numpy(answer.coordinates, "coordinates")
+    stiffness, damping, frequencies = (np.array([getattr(mode, name) for mode in answer.modes])
+                                       for name in ("stiffness", "damping", "frequency_hz"))
+    return ModalMotion(coordinates, stiffness, damping, frequencies, control_forces(coordinates, stiffness, damping),
+                       arrays.to_numpy(answer.mixing, "mixing"), arrays.to_numpy(answer.candidates, "candidates"),
+                       np.array(answer.candidate_frequencies_hz), answer.result.force_energy, answer.result.revision)
 
 
 def of(session: "Session", modes: int | None) -> Modal:
@@ -62,7 +114,8 @@ def of(session: "Session", modes: int | None) -> Modal:
     frequencies = np.sqrt(np.maximum(values[order], 0)) / (2 * np.pi)
     shared = min(len(reported), count)
     speed = float(reported[0] / frequencies[0]) if shared else 1.0
-    return Modal(mass, np.asarray(mass.sum(axis=1)).ravel(), stiffness, free, found, frequencies, reported, speed)
+    return Modal(mass, np.asarray(mass.sum(axis=1)).ravel(), stiffness, free, found, frequencies, reported, speed,
+                 motion_of(session))
 
 
 def matrices(nodes: np.ndarray, tets: np.ndarray, materials: TetMaterials) -> "tuple[Any, Any]":

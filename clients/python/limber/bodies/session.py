@@ -25,7 +25,7 @@ from .embedding import Embedding
 from .geometry import CarriedSurface, Geometry
 from .keyframes import Keyframe, keyframe
 from .material import Material
-from .modal import Modal
+from .modal import Modal, ModalMotion, motion_of
 from .modal import of as of_session
 from .picking import SurfacePoint, SurfacePointLike
 
@@ -346,6 +346,7 @@ class Session(OpenSession):
             return carried.positions(frames)
         return Embedding.of(vertices, geometry.rest, geometry.tets).positions(frames)
 
+    UP = "y"
     COLOURS = ("none", "displacement", "strain", "stress")
 
     def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
@@ -383,9 +384,14 @@ class Session(OpenSession):
 
     def modal(self, modes: int | None = None) -> Modal:
         """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, as many as the
-        session has or as requested; made here from the mesh and the materials of its tets, independent of what the session
+        session has or as requested, and the newest motion in modal coordinates (modal_motion()). All but that is made here from the mesh and the materials of its tets, independent of what the session
         reports."""
         return of_session(self, modes)
+
+    def modal_motion(self) -> ModalMotion:
+        """The newest motion in modal coordinates z, the control forces of each frame, the candidate modes and how they are mixed
+        (S): what the session computes with, and modal() does not."""
+        return motion_of(self)
 
     # ---- control ----
 

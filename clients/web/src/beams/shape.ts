@@ -132,6 +132,24 @@ export class BeamShapes {
     return { line, directors };
   }
 
+  /** Of an element as it is drawn: its points and axis 2 or 3 of its section there. */
+  stations({ line, directors }: RodShape, element: number, axis: 2 | 3): { point: Vector3; axis: Vector3 }[] {
+    const first = (this.drawnEdges + 1) * element;
+    const point = (i: number): Vector3 => new Vector3().fromArray(line, 4 * (first + i));
+    return Array.from({ length: this.drawnEdges + 1 }, (_, i) => {
+      const before = Math.max(0, i - 1);
+      const after = Math.min(i, this.drawnEdges - 1);
+      const along = point(after + 1)
+        .sub(point(before))
+        .normalize();
+      const second = new Vector3()
+        .fromArray(directors, 4 * (first + before))
+        .add(new Vector3().fromArray(directors, 4 * (first + after)))
+        .normalize();
+      return { point: point(i), axis: axis === 2 ? second : along.cross(second).normalize() };
+    });
+  }
+
   private restOf(node: number): Vector3 {
     return new Vector3().fromArray(this.rest, 3 * node);
   }

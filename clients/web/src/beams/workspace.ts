@@ -3,14 +3,15 @@ import type { BeamStructure } from "../../gen/limber/v1/beam_structure_pb";
 import type { BeamSolution } from "../../gen/limber/v1/beams_pb";
 import { choice, el, field, number, picker } from "../controls/dom";
 import { gravityField, vectorField } from "../controls/vectors";
-import { Legend, normalize } from "../rods/colors";
-import { SweptRods } from "../rods/sweep";
+import { type Line, RodPicture } from "../rods/picture";
 import type { EditInit } from "../session/live";
-import { NewestWins } from "../session/newest";
-import { type Marker, Markers, Segments } from "../view/markers";
+import { describeStrength } from "../session/words";
+import type { Marker } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
 import type { Desk, Mark, Workspace } from "../workspace";
+import { DIAGRAM_CHOICES, type DiagramOf } from "./diagram";
+import { DiagramView, forcesTable } from "./diagram_view";
 import { nodePanel } from "./node_panel";
 import { BeamShapes } from "./shape";
 import { COLOR_CHOICES, type ColorBy, valuesOf } from "./solution";
@@ -42,10 +43,8 @@ export class BeamWorkspace implements Workspace {
   readonly frameName = "Step along the path to this shape";
   readonly hint =
     "Drag a node: the structure follows. Click a node for its support and load, a beam for what is distributed over it.";
-  private readonly rods: SweptRods;
-  private readonly markers: Markers;
-  private readonly lines: Segments;
-  private readonly legend = new Legend();
+  private readonly picture: RodPicture;
+  readonly diagram: DiagramView;
   private readonly controls = el("div", { class: "form" });
   private readonly chosen = el("div", {});
   private shapes: BeamShapes | null = null;
@@ -53,19 +52,18 @@ export class BeamWorkspace implements Workspace {
   private node: number | null = null;
   private element: number | null = null;
   private colorBy: ColorBy = "utilisation";
+  private isOverloaded = false;
   private mode: DragMode = "move";
   /** Of a drag as long as the structure [N]. */
   private force = DEFAULT_FORCE;
   private solution: { of: BeamSolution; sequence: bigint } | null = null;
   private isAsking = false;
-  private dragged: { node: number; target: Vector3 } | null = null;
   private toldSnaps = 0n;
 
   constructor(private readonly desk: Desk) {
-    this.rods = new SweptRods(desk.stage);
-    this.markers = new Markers(desk.stage);
-    this.lines = new Segments(desk.stage);
-    desk.stage.canvas.after(this.legend.element);
+    this.picture = new RodPicture(desk.stage, () => this.drawMarkers(), desk.fail);
+    this.diagram = new DiagramView(desk.stage);
+    this.picture.legend.element.after(this.diagram.legend);
     this.panels = [
       el("details", { class: "panel", open: true }, el("summary", {}, "Structure"), this.controls),
       el("details", { class: "panel", open: true }, el("summary", {}, "Nodes and beams"), this.chosen),
@@ -79,7 +77,7 @@ export class BeamWorkspace implements Workspace {
     if (!geometry?.beams || !this.desk.session.scene) return null;
     if (!this.shapes) {
       this.shapes = new BeamShapes(geometry, this.structure);
-      this.rods.setStrips(this.shapes.strips);
+      this.picture.rods.setStrips(this.shapes.strips);
       this.drawChosen();
     }
     if (!motion.frames) return null;
@@ -101,15 +99,14 @@ export class BeamWorkspace implements Workspace {
     if (!shapes.fits(numbers)) return;
     const isLast = frame === motion.frames - 1;
     this.askForSolution();
-    const values = this.solution && isLast ? valuesOf(this.solution.of, this.colorBy) : null;
+    const values = this.solution && isLast ? valuesOf(this.solution.of, this.colorBy, shapes.size) : null;
     const isColored = this.colorBy !== "none";
-    let shares: Float32Array | null = isColored ? new Float32Array(2 * shapes.count).fill(-1) : null;
-    if (values) {
-      const normal = normalize(values.of);
-      shares = normal.shares;
-      this.legend.show(values.title, normal.low, normal.high, values.unit);
-    } else this.legend.show(isColored ? "Known of the final shape" : "");
-    this.rods.show(shapes.shape(numbers, shares), isColored);
+    const known = this.picture.colour(values, isColored ? "Known of the final shape" : "");
+    const shares = known ?? (isColored ? new Float32Array(2 * shapes.count).fill(-1) : null);
+    const shape = shapes.shape(numbers, shares);
+    this.picture.rods.show(shape, isColored);
+    const isNewest = isLast && this.solution?.sequence === this.desk.session.result?.sequence;
+    this.diagram.show(shapes, shape, isNewest && this.solution ? this.solution.of : null);
     this.positions = Array.from({ length: shapes.nodes }, (_, node) => shapes.position(numbers, node));
     this.drawMarkers();
   }
@@ -123,6 +120,9 @@ export class BeamWorkspace implements Workspace {
   resultChanged(): void {
     this.askForSolution();
     const { result } = this.desk.session;
+    const strength = result?.converged ? describeStrength(result) : null;
+    if (strength && !this.isOverloaded) this.desk.notify(strength.tone, `The structure is ${strength.text}.`);
+    if (result?.converged) this.isOverloaded = strength !== null;
     if (!result?.converged || result.revision <= this.toldSnaps) return;
     for (const snap of result.beams?.snaps ?? []) {
       this.toldSnaps = result.revision;
@@ -147,6 +147,7 @@ export class BeamWorkspace implements Workspace {
   select(key: string | null): void {
     this.node = key?.startsWith("b") || key?.startsWith("s") ? Number(key.slice(1)) : null;
     this.element = key?.startsWith("e") ? Number(key.slice(1)) : null;
+    this.askForSolution();
     this.drawMarkers();
     this.drawChosen();
   }
@@ -164,11 +165,9 @@ export class BeamWorkspace implements Workspace {
   }
 
   grab(at: PointerAt): Grab | null {
-    const marker = this.markers.pick(at.x, at.y, at.reach);
-    if (!marker) return null;
-    const node = Number(marker.key.slice(1));
-    const anchor = this.positions[node];
-    return anchor ? this.drag(node, anchor.clone()) : null;
+    const node = this.picture.pick(at);
+    const anchor = node === null ? undefined : this.positions[node];
+    return node !== null && anchor ? this.drag(node, anchor.clone()) : null;
   }
 
   clickedBeside(at: PointerAt): void {
@@ -199,42 +198,28 @@ export class BeamWorkspace implements Workspace {
       return { x: force.x, y: force.y, z: force.z };
     };
     let isFirst = true;
-    const pump = new NewestWins<Vector3>(
-      async (point) => {
-        const edit: EditInit =
-          this.mode === "load"
-            ? { edit: { case: "setBeamLoad", value: { load: { node, force: forceOf(point) } } } }
-            : {
-                edit: {
-                  case: "moveBeamNode",
-                  value: { motion: { node }, position: { x: point.x, y: point.y, z: point.z } },
-                },
-              };
-        await this.desk.session.edit([edit], !isFirst);
-        isFirst = false;
-      },
-      (error) => this.desk.fail(error),
-    );
-    return {
-      anchor,
-      move: (point) => {
-        this.dragged = { node, target: point.clone() };
-        if (this.mode !== "push") pump.put(point.clone());
-        this.drawMarkers();
-      },
-      end: async (isMoved) => {
-        const target = this.dragged?.target;
-        if (isMoved && target && this.mode === "push") {
-          this.desk.send([{ edit: { case: "pushBeamNode", value: { load: { node, force: forceOf(target) } } } }]);
-        }
-        await pump.idle();
-        window.setTimeout(() => {
-          this.dragged = null;
-          this.drawMarkers();
-          this.drawChosen();
-        }, 400);
-      },
+    const send = async (point: Vector3): Promise<void> => {
+      const edit: EditInit =
+        this.mode === "load"
+          ? { edit: { case: "setBeamLoad", value: { load: { node, force: forceOf(point) } } } }
+          : {
+              edit: {
+                case: "moveBeamNode",
+                value: { motion: { node }, position: { x: point.x, y: point.y, z: point.z } },
+              },
+            };
+      await this.desk.session.edit([edit], !isFirst);
+      isFirst = false;
     };
+    const isPush = this.mode === "push";
+    return this.picture.drag(node, anchor, {
+      send: isPush ? null : send,
+      released: (target) => {
+        if (target && isPush)
+          this.desk.send([{ edit: { case: "pushBeamNode", value: { load: { node, force: forceOf(target) } } } }]);
+      },
+      settled: () => this.drawChosen(),
+    });
   }
 
   /** The beam within reach of the pointer. */
@@ -281,7 +266,7 @@ export class BeamWorkspace implements Workspace {
         size: isSelected ? "large" : color === COLORS.node ? "small" : "medium",
       };
     });
-    const lines: { from: Vector3; to: Vector3; color: number }[] = [];
+    const lines: Line[] = [];
     const size = this.shapes?.size ?? 1;
     const largest = Math.max(
       ...(structure?.loads ?? []).map(({ force }) => Math.hypot(force?.x ?? 0, force?.y ?? 0, force?.z ?? 0)),
@@ -300,22 +285,22 @@ export class BeamWorkspace implements Workspace {
       const position = this.positions[snap.node];
       if (position) markers.push({ key: `b${snap.node}`, position, color: COLORS.snap, size: "large" });
     }
-    const from = this.dragged && this.positions[this.dragged.node];
-    if (this.dragged && from)
-      lines.push({ from, to: this.dragged.target, color: this.mode === "move" ? COLORS.motion : COLORS.load });
+    const { dragged } = this.picture;
+    const from = dragged && this.positions[dragged.index];
+    if (dragged && from)
+      lines.push({ from, to: dragged.target, color: this.mode === "move" ? COLORS.motion : COLORS.load });
     if (this.element !== null && this.shapes) {
       const [a, b] = this.shapes.ends(this.element).map((node) => this.positions[node]);
       if (a && b) lines.push({ from: a, to: b, color: COLORS.selected });
     }
-    this.markers.set(markers);
-    this.lines.set(lines);
+    this.picture.mark(markers, lines);
   }
 
   private askForSolution(): void {
     const { session } = this.desk;
     const { result } = session;
     if (
-      this.colorBy === "none" ||
+      (this.colorBy === "none" && this.diagram.of === "none" && this.element === null) ||
       !result?.converged ||
       result.solveFailed ||
       this.isAsking ||
@@ -328,10 +313,12 @@ export class BeamWorkspace implements Workspace {
         this.isAsking = false;
         if (solution) this.solution = { of: solution, sequence: result.sequence };
         this.show(this.desk.frame);
+        if (this.element !== null) this.drawChosen();
       },
       (error) => {
         this.isAsking = false;
         this.colorBy = "none";
+        this.diagram.of = "none";
         this.desk.fail(error);
       },
     );
@@ -355,6 +342,13 @@ export class BeamWorkspace implements Workspace {
         "Colour by",
         choice(COLOR_CHOICES, this.colorBy, (value) => {
           this.colorBy = value as ColorBy;
+          this.show(this.desk.frame);
+        }),
+      ),
+      field(
+        "Diagram",
+        choice(DIAGRAM_CHOICES, this.diagram.of, (value) => {
+          this.diagram.of = value as DiagramOf;
           this.show(this.desk.frame);
         }),
       ),
@@ -382,6 +376,7 @@ export class BeamWorkspace implements Workspace {
       const load = structure?.distributedLoads.find((one) => one.element === element);
       this.chosen.replaceChildren(
         el("p", {}, `Beam ${element}, from node ${this.shapes?.ends(element).join(" to ")}`),
+        forcesTable(this.solution?.of ?? null, element),
         vectorField("Force per length", load?.force, "N/m", (value) =>
           this.desk.send([
             {

@@ -1,3 +1,4 @@
+import type { Values } from "../rods/picture";
 import type { RodShape } from "../rods/sweep";
 import type { Desk } from "../workspace";
 import type { LinkageShapes } from "./shape";
@@ -13,11 +14,22 @@ export const COLOR_CHOICES: readonly [ColorBy, string][] = [
   ["stress", "stress (von Mises)"],
 ];
 
-/** Values of stations, what they are and in which unit. */
-export interface Colors {
-  of: Float32Array;
-  title: string;
-  unit: string;
+/** Shapes come in single precision: a rod that bends or twists less than so over the whole size is straight. [rad] */
+const STRAIGHT = 2e-3;
+const LEAST_ANGLE = 0.01;
+const LEAST_STRESS = 1;
+
+/** The diagonal of the box around all stations. */
+function sizeOf({ line }: RodShape): number {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  line.forEach((value, i) => {
+    const axis = i % 4;
+    if (axis === 3) return;
+    low[axis] = Math.min(low[axis] ?? value, value);
+    high[axis] = Math.max(high[axis] ?? value, value);
+  });
+  return Math.hypot(...high.map((value, axis) => value - (low[axis] ?? value)));
 }
 
 /** What rods are coloured by. Stresses are the server's, of final shapes; all else is of the shown shape itself. */
@@ -34,17 +46,35 @@ export class Coloring {
     private readonly changed: () => void,
   ) {}
 
-  values(shapes: LinkageShapes, numbers: Float32Array, shape: RodShape): Colors | null {
-    if (this.by === "bending") return { of: shapes.curvatures(shape), title: "Curvature", unit: "1/m" };
-    if (this.by === "twist") return { of: shapes.twists(shape), title: "Twist per length", unit: "rad/m" };
-    if (this.by === "angle") return { of: shapes.anglesAlong(numbers), title: "Opening angle", unit: "°" };
+  values(shapes: LinkageShapes, numbers: Float32Array, shape: RodShape): Values | null {
+    if (this.by === "bending")
+      return {
+        of: shapes.curvatures(shape),
+        title: "Curvature",
+        unit: "1/m",
+        floor: STRAIGHT / (sizeOf(shape) * shapes.lengthUnit),
+      };
+    if (this.by === "twist")
+      return {
+        of: shapes.twists(shape),
+        title: "Twist per length",
+        unit: "rad/m",
+        floor: STRAIGHT / (sizeOf(shape) * shapes.lengthUnit),
+      };
+    if (this.by === "angle")
+      return { of: shapes.anglesAlong(numbers), title: "Opening angle", unit: "°", floor: LEAST_ANGLE };
     if (this.by !== "stress") return null;
     this.ask(shapes);
     const { motion } = this.desk.session;
     const { stress } = this;
     const isShown = stress?.sequence === motion.sequence && this.desk.frame === motion.frames - 1;
     const of = isShown && stress ? stress.values : new Float32Array(shapes.stations).fill(Number.NaN);
-    return { of, title: isShown ? "Stress of the final shape" : "Stress: known of final shapes", unit: "Pa" };
+    return {
+      of,
+      title: isShown ? "Stress of the final shape" : "Stress: known of final shapes",
+      unit: "Pa",
+      floor: LEAST_STRESS,
+    };
   }
 
   /** Stations are others from now on: the linkage was cut anew. */

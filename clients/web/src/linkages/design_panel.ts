@@ -1,6 +1,9 @@
+import { Vector3 } from "three";
 import { DesignEnd, type DesignInfo, DesignLengths, DesignState } from "../../gen/limber/v1/design_pb";
 import { button, choice, el, field, number } from "../controls/dom";
+import { doubles } from "../wire/arrays";
 import type { DesignStart, Desk } from "../workspace";
+import { nearest } from "./placing";
 import { SurfaceView } from "./surface_view";
 
 const STATES: Record<number, string> = {
@@ -24,7 +27,12 @@ const LENGTHS: readonly [string, string][] = [
 ];
 
 /** Searches rest lengths with which the linkage opens to a surface: started, watched, weighed, paused, taken. */
-export function designPanel(desk: Desk): { element: HTMLElement; update(): void } {
+export function designPanel(desk: Desk): {
+  element: HTMLElement;
+  update(): void;
+  /** Joints of the shape that the linkage has now: before a design has put the surface somewhere, it is drawn there. */
+  setJoints(joints: readonly Vector3[]): void;
+} {
   const { session } = desk;
   const file = el("input", { type: "file", accept: ".obj,.ply,.stl", "aria-label": "Surface" });
   const words = el("div", { class: "words" });
@@ -55,6 +63,17 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
   );
   const view = new SurfaceView(desk.stage);
   let given: DesignStart | null = desk.designStart;
+  let joints: readonly Vector3[] = [];
+  const place = (): void => {
+    const points = given?.fittedPoints ? doubles(given.fittedPoints) : null;
+    const fitted = points
+      ? nearest(
+          Array.from({ length: points.length / 3 }, (_, i) => new Vector3().fromArray(points, 3 * i)),
+          joints,
+        )
+      : null;
+    view.place(session.design?.placement ?? fitted ?? undefined);
+  };
   if (given) view.set(given.name, given.content);
   file.onchange = async () => {
     const chosen = file.files?.[0];
@@ -100,7 +119,7 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
     actions.take.disabled = state === undefined;
     const { design } = session;
     surfaceName.textContent = given ? given.name : "none yet";
-    view.place(design?.placement);
+    place();
     words.replaceChildren(
       ...(design
         ? describe(design)
@@ -125,7 +144,11 @@ export function designPanel(desk: Desk): { element: HTMLElement; update(): void 
     el("div", { class: "row" }, ...Object.values(actions)),
     words,
   );
-  return { element, update };
+  const setJoints = (shown: readonly Vector3[]): void => {
+    joints = shown;
+    if (given?.fittedPoints && !session.design) place();
+  };
+  return { element, update, setJoints };
 }
 
 function describe(design: DesignInfo): HTMLElement[] {

@@ -20,7 +20,7 @@ export class LinkageShapes {
   /** lengthUnit [m] */
   constructor(
     geometry: GetGeometryResponse,
-    private readonly lengthUnit = 1,
+    readonly lengthUnit = 1,
   ) {
     this.hash = geometry.basisHash;
     const made = geometry.linkage;

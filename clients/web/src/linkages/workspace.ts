@@ -2,11 +2,10 @@ import { Vector3 } from "three";
 import { Held, type JointLoad, type LinkageTarget } from "../../gen/limber/v1/scene_pb";
 import { button, choice, el, field, number, picker } from "../controls/dom";
 import { gravityField } from "../controls/vectors";
-import { Legend, normalize } from "../rods/colors";
-import { SweptRods } from "../rods/sweep";
+import { type Line, RodPicture } from "../rods/picture";
 import type { EditInit } from "../session/live";
 import { NewestWins } from "../session/newest";
-import { type Marker, Markers, Segments } from "../view/markers";
+import type { Marker } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
 import type { Desk, Mark, Workspace } from "../workspace";
@@ -32,28 +31,21 @@ export class LinkageWorkspace implements Workspace {
   readonly frameName = "Step along the path to this shape";
   readonly hint =
     "Drag a joint to push or pull the linkage; open it by its mean angle. Click a joint for its pin, angle and load.";
-  private readonly rods: SweptRods;
-  private readonly markers: Markers;
-  private readonly lines: Segments;
-  private readonly legend = new Legend();
+  private readonly picture: RodPicture;
   private readonly opening = el("div", { class: "form" });
   private readonly joint = el("div", {});
-  private readonly design: { element: HTMLElement; update(): void };
+  private readonly design: ReturnType<typeof designPanel>;
   private shapes: LinkageShapes | null = null;
   private positions: Vector3[] = [];
   private selected: number | null = null;
   private readonly coloring: Coloring;
   private mode: DragMode = "spring";
-  private dragged: { joint: number; target: Vector3 } | null = null;
   private stiffness = 0;
   private isAngleMoving = false;
   private extent = 1;
 
   constructor(private readonly desk: Desk) {
-    this.rods = new SweptRods(desk.stage);
-    this.markers = new Markers(desk.stage);
-    this.lines = new Segments(desk.stage);
-    desk.stage.canvas.after(this.legend.element);
+    this.picture = new RodPicture(desk.stage, () => this.drawMarkers(), desk.fail);
     this.coloring = new Coloring(desk, () => this.show(desk.frame));
     this.design = designPanel(desk);
     this.panels = [
@@ -71,7 +63,7 @@ export class LinkageWorkspace implements Workspace {
     // A linkage that is cut into more edges has another geometry, and its frames another length.
     if (this.shapes?.hash !== geometry.basisHash) {
       this.shapes = new LinkageShapes(geometry, this.desk.session.scene?.lengthUnitInMetres);
-      this.rods.setStrips(this.shapes.strips);
+      this.picture.rods.setStrips(this.shapes.strips);
       this.coloring.forget();
     }
     const { shapes } = this;
@@ -106,15 +98,15 @@ export class LinkageWorkspace implements Workspace {
     }
     const plain = shapes.shape(numbers, null);
     const values = this.coloring.values(shapes, numbers, plain);
-    if (values) {
-      const { shares, low, high } = normalize(values.of);
+    const shares = this.picture.colour(values);
+    if (shares) {
       plain.line.forEach((_, i) => {
         if (i % 4 === 3) plain.line[i] = shares[(i - 3) / 4] ?? -1;
       });
-      this.legend.show(values.title, low, high, values.unit);
-    } else this.legend.show("");
-    this.rods.show(plain, values !== null);
+    }
+    this.picture.rods.show(plain, values !== null);
     this.positions = shapes.jointPositions(numbers);
+    if (frame === motion.frames - 1) this.design.setJoints(this.positions);
     this.drawMarkers();
   }
 
@@ -173,11 +165,9 @@ export class LinkageWorkspace implements Workspace {
   }
 
   grab(at: PointerAt): Grab | null {
-    const marker = this.markers.pick(at.x, at.y, at.reach);
-    if (!marker) return null;
-    const joint = Number(marker.key.slice(1));
-    const anchor = this.positions[joint];
-    if (!anchor) return null;
+    const joint = this.picture.pick(at);
+    const anchor = joint === null ? undefined : this.positions[joint];
+    if (joint === null || !anchor) return null;
     const target = this.targetsOf(joint)[0];
     const start = target?.position ? new Vector3(target.position.x, target.position.y, target.position.z) : anchor;
     return this.mode === "pin" ? this.dragPin(joint, anchor.clone()) : this.dragSpring(joint, target, start);
@@ -228,23 +218,7 @@ export class LinkageWorkspace implements Workspace {
     this.selected = joint;
     this.drawMarkers();
     this.desk.goTo(Number.MAX_SAFE_INTEGER);
-    const pump = new NewestWins(send, (error) => this.desk.fail(error));
-    return {
-      anchor,
-      move: (point) => {
-        this.dragged = { joint, target: point.clone() };
-        pump.put(point.clone());
-        this.drawMarkers();
-      },
-      end: async () => {
-        this.drawJoint();
-        await pump.idle();
-        window.setTimeout(() => {
-          this.dragged = null;
-          this.drawMarkers();
-        }, 400);
-      },
-    };
+    return this.picture.drag(joint, anchor, { send, released: () => this.drawJoint() });
   }
 
   private drawMarkers(): void {
@@ -255,7 +229,7 @@ export class LinkageWorkspace implements Workspace {
       ),
     );
     const markers: Marker[] = [];
-    const lines: { from: Vector3; to: Vector3; color: number }[] = [];
+    const lines: Line[] = [];
     this.positions.forEach((position, joint) => {
       if (Number.isNaN(position.x)) return;
       const isSelected = joint === this.selected;
@@ -272,7 +246,7 @@ export class LinkageWorkspace implements Workspace {
         color,
         size: isSelected ? "large" : color === COLORS.joint ? "small" : "medium",
       });
-      const target = this.dragged?.joint === joint ? this.dragged.target : pulled.get(joint);
+      const target = this.picture.dragged?.index === joint ? this.picture.dragged.target : pulled.get(joint);
       if (target) lines.push({ from: position, to: new Vector3(target.x, target.y, target.z), color: COLORS.target });
     });
     for (const { joint, force } of this.conditions?.loads ?? []) {
@@ -286,8 +260,7 @@ export class LinkageWorkspace implements Workspace {
           color: COLORS.load,
         });
     }
-    this.markers.set(markers);
-    this.lines.set(lines);
+    this.picture.mark(markers, lines);
   }
 
   private defaultStiffness(shapes: LinkageShapes, frame: Float32Array): number {

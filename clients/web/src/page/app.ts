@@ -2,6 +2,7 @@ import type { Scene } from "../../gen/limber/v1/scene_pb";
 import { ExportFormat, type SessionStatus } from "../../gen/limber/v1/service_pb";
 import { button, el } from "../controls/dom";
 import { fetchExport } from "../session/export";
+import { kindInWords } from "../session/listed";
 import { LiveSession, type SessionName } from "../session/live";
 import { Connection } from "../wire/connection";
 import { inWords, LimberError } from "../wire/errors";
@@ -9,9 +10,10 @@ import type { SocketState } from "../wire/socket";
 import { Streams } from "../wire/streams";
 import type { DesignStart } from "../workspace";
 import { sceneOf, sceneOfJson } from "./files";
-import { Home, KIND_WORDS } from "./home";
+import { Home } from "./home";
 import { describeIssues } from "./issues";
 import { Notices } from "./notices";
+import { storedName } from "./people_panel";
 import { SessionPage } from "./session_page";
 
 const BUILD_TIMEOUT_MS = 120_000;
@@ -54,6 +56,7 @@ export class App {
       (state) => this.connectionChanged(state),
       () => void this.restarted(),
     );
+    this.connection.clientName = storedName();
     this.streams = new Streams(
       `${base}/v1/stream${query}`,
       (instance) => this.connection.heard(instance),
@@ -111,7 +114,7 @@ export class App {
   private async openSample(name: string): Promise<void> {
     try {
       const { scene } = await this.connection.call("getSample", { name });
-      if (scene) await this.openScene(scene);
+      if (scene) await this.openScene(scene, this.home.takeName());
     } catch (error) {
       this.fail(error);
     }
@@ -121,7 +124,7 @@ export class App {
     if (!files.length) return;
     try {
       const made = await sceneOf(files, this.connection, (text) => this.notices.add("busy", text));
-      if (made) await this.openScene(made.scene, "", made.design);
+      if (made) await this.openScene(made.scene, this.home.takeName(), made.design);
     } catch (error) {
       this.fail(error);
     }
@@ -204,7 +207,7 @@ export class App {
       this.leave();
     });
     session.on("status", () => {
-      const kind = KIND_WORDS[session.kind] ?? session.kind;
+      const kind = kindInWords(session.kind);
       this.title.textContent = `${name.session}${kind ? `, ${kind}` : ""}`;
     });
     this.actions.replaceChildren(
@@ -242,6 +245,8 @@ export class App {
     this.state.textContent = words[state];
     this.state.className = `state ${state}`;
     document.body.dataset.connection = state;
+    // The server knows a client by its connection.
+    if (state === "open" && this.wasConnected) this.page?.session.join().catch(() => undefined);
     if (state === "open") this.wasConnected = true;
     else if (state === "lost" && !this.wasConnected) void this.suspectToken();
   }

@@ -1,11 +1,6 @@
-import { SessionState, type SessionStatus } from "../../gen/limber/v1/service_pb";
-import { button, el } from "../controls/dom";
-
-export const KIND_WORDS: Record<string, string> = {
-  bodies: "elastic body",
-  linkages: "rod linkage",
-  beams: "beam structure",
-};
+import type { SessionStatus } from "../../gen/limber/v1/service_pb";
+import { button, el, field } from "../controls/dom";
+import { describeSession } from "../session/listed";
 
 const SAMPLES: Record<string, [string, string]> = {
   beam: ["Beam", "body: a bar held at one end"],
@@ -31,6 +26,13 @@ export class Home {
   readonly element: HTMLElement;
   private readonly samples = el("div", { class: "cards" });
   private readonly sessions = el("div", { class: "sessions" });
+  private readonly name = el("input", {
+    type: "text",
+    maxLength: 64,
+    pattern: "[A-Za-z0-9._\\-]*",
+    placeholder: "the server finds one",
+    title: "Letters, digits, dots, underscores and hyphens",
+  });
 
   constructor(private readonly actions: HomeActions) {
     const chosen = el("input", { type: "file", multiple: true, class: "hidden-input", id: "files" });
@@ -40,6 +42,7 @@ export class Home {
       { class: "home" },
       el("h1", {}, "limber"),
       el("p", {}, "Elastic motions, rod linkages and beam structures, edited live."),
+      field("Name of the session that is opened next", this.name),
       el("h2", {}, "Samples"),
       this.samples,
       el("h2", {}, "Open sessions"),
@@ -55,6 +58,13 @@ export class Home {
     );
   }
 
+  /** For the session that is opened next, once; empty: the server finds one. */
+  takeName(): string {
+    const name = this.name.validity.valid ? this.name.value : "";
+    this.name.value = "";
+    return name;
+  }
+
   setSamples(names: readonly string[]): void {
     this.samples.replaceChildren(
       ...names.map((name) => {
@@ -68,13 +78,10 @@ export class Home {
 
   setSessions(sessions: readonly SessionStatus[]): void {
     const rows = sessions.map((one) => {
-      const what = KIND_WORDS[one.kind] ?? one.kind;
-      const state =
-        one.state === SessionState.BUILDING ? ", being built" : one.state === SessionState.FAILED ? ", no model" : "";
       return el(
         "div",
         { class: "row" },
-        button(`${one.session}: ${what}${state}, revision ${one.revision}`, () => this.actions.join(one), {
+        button(describeSession(one), () => this.actions.join(one), {
           class: "item",
           "data-session": one.session,
         }),

@@ -1,7 +1,7 @@
 import type { ResultInfo } from "../../gen/limber/v1/service_pb";
 import { button, el, number } from "../controls/dom";
 import type { LiveSession } from "../session/live";
-import { describeAccuracy, describeResult, describeState, type Line } from "../session/words";
+import { describeAccuracy, describeResult, describeState, describeStrength, type Line } from "../session/words";
 import { inWords } from "../wire/errors";
 import { Plot } from "./plots";
 
@@ -78,6 +78,8 @@ export class ResultsPanel {
       lines.push(paragraph(describeResult(result)));
       const accuracy = describeAccuracy(result);
       if (accuracy) lines.push(paragraph(accuracy));
+      const strength = describeStrength(result);
+      if (strength) lines.push(paragraph(strength));
       if (result.message) lines.push(el("p", { class: "message" }, result.message));
     }
     this.words.replaceChildren(...lines);

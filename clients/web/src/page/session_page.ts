@@ -1,5 +1,6 @@
 import type { Scene } from "../../gen/limber/v1/scene_pb";
 import { button, el } from "../controls/dom";
+import { kindInWords } from "../session/listed";
 import type { EditInit, LiveSession } from "../session/live";
 import { describeResult, describeState } from "../session/words";
 import { PointerControl } from "../view/pointer";
@@ -7,9 +8,9 @@ import { Stage } from "../view/stage";
 import { inWords } from "../wire/errors";
 import type { DesignStart, Desk, Workspace } from "../workspace";
 import { exportPanel } from "./export_panel";
-import { KIND_WORDS } from "./home";
 import { makeWorkspace } from "./kinds";
 import type { Notices } from "./notices";
+import { PeoplePanel } from "./people_panel";
 import { explainPanel, ResultsPanel } from "./results_panel";
 import { Timeline } from "./timeline";
 
@@ -24,7 +25,7 @@ export class SessionPage implements Desk {
   workspace: Workspace | null = null;
   private readonly sidebar = el("aside", { class: "sidebar", "aria-label": "Panels" });
   private readonly overlay = el("p", { class: "overlay", role: "status" });
-  private readonly people = el("ul", { class: "log" });
+  private people: PeoplePanel | null = null;
   private results: ResultsPanel | null = null;
   private isFramed = false;
   private isScheduled = false;
@@ -64,7 +65,8 @@ export class SessionPage implements Desk {
     session.on("geometry", () => this.geometryChanged());
     session.on("motion", () => this.schedule());
     session.on("scene", () => this.sceneChanged());
-    session.on("others", ({ from, to, changes }) => this.tellOthers(from, to, changes));
+    session.on("people", () => this.people?.update());
+    session.on("others", ({ from, to, changes, authors }) => this.tellOthers(from, to, changes, authors));
     session.on("trouble", (error) => this.fail(error));
   }
 
@@ -155,8 +157,7 @@ export class SessionPage implements Desk {
     new PointerControl(this.stage, this.workspace);
     this.results = new ResultsPanel(this.session, kind, this.fail);
     const help = el("p", { class: "hint" }, this.workspace.hint);
-    const others = el("details", { class: "panel" }, el("summary", {}, "Others in this session"), this.people);
-    this.people.append(el("li", { class: "quiet" }, "Nobody else has edited since this page joined."));
+    this.people = new PeoplePanel(this.session, this.fail);
     const look = el(
       "div",
       { class: "row look" },
@@ -168,7 +169,7 @@ export class SessionPage implements Desk {
       this.results.element,
       explainPanel(this.session),
       exportPanel(this.session, kind, this.fail),
-      others,
+      this.people.element,
       look,
     );
     this.sceneChanged();
@@ -186,8 +187,7 @@ export class SessionPage implements Desk {
     if (status) {
       const line = describeState(status);
       const isPictured = this.session.motion.frames > 0;
-      this.overlay.textContent =
-        line.tone === "good" || isPictured ? "" : `${KIND_WORDS[status.kind] ?? status.kind}: ${line.text}`;
+      this.overlay.textContent = line.tone === "good" || isPictured ? "" : `${kindInWords(status.kind)}: ${line.text}`;
     }
     this.schedule();
     this.element.dataset.state = status ? describeState(status).text : "";
@@ -245,13 +245,9 @@ export class SessionPage implements Desk {
     this.workspace?.show(frame);
   }
 
-  private tellOthers(from: bigint, to: bigint, changes: string[]): void {
+  private tellOthers(from: bigint, to: bigint, changes: string[], authors: string[]): void {
     const revisions = from === to ? `revision ${to}` : `revisions ${from} to ${to}`;
     const what = changes.length ? `${revisions}: ${changes.join(", ")}` : revisions;
-    const time = new Date().toLocaleTimeString();
-    if (this.people.firstElementChild?.classList.contains("quiet")) this.people.replaceChildren();
-    this.people.prepend(el("li", {}, `${time}: somebody else made ${what}`));
-    while (this.people.children.length > 20) this.people.lastElementChild?.remove();
-    this.notices.add("busy", `Somebody else edited, ${what}.`);
+    this.notices.add("busy", `${authors.length ? authors.join(" and ") : "Somebody else"} edited, ${what}.`);
   }
 }

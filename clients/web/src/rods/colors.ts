@@ -53,8 +53,12 @@ export class Legend {
   }
 }
 
-/** Values as shares of their range; not a number: -1, not known. */
-export function normalize(values: Float32Array): { shares: Float32Array; low: number; high: number } {
+/**
+ * Values as shares of their range; not a number: -1, not known. floor: what is smaller is 0 but for rounding, and no range is
+ * narrower, so that nothing is coloured by rounding.
+ */
+export function normalize(given: Float32Array, floor: number): { shares: Float32Array; low: number; high: number } {
+  const values = given.map((value) => (Math.abs(value) < floor ? 0 : value));
   let low = Infinity;
   let high = -Infinity;
   for (const value of values) {
@@ -63,6 +67,6 @@ export function normalize(values: Float32Array): { shares: Float32Array; low: nu
     high = Math.max(high, value);
   }
   if (low > high) return { shares: new Float32Array(values.length).fill(-1), low: 0, high: 0 };
-  const range = Math.max(high - low, 1e-30);
+  const range = Math.max(high - low, floor, 1e-30);
   return { shares: values.map((value) => (Number.isFinite(value) ? (value - low) / range : -1)), low, high };
 }

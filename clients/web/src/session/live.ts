@@ -19,6 +19,7 @@ import { completed } from "./geometry";
 import { History } from "./history";
 import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
+import { authors } from "./people";
 import { posesOf, restored } from "./restore";
 import { wholeMotion } from "./whole_motion";
 
@@ -32,8 +33,10 @@ export interface SessionEvents {
   motion: undefined;
   scene: Scene;
   design: DesignInfo;
+  /** Who is in the session, or this page's number there. */
+  people: undefined;
   /** Revisions that this page did not make. */
-  others: { from: bigint; to: bigint; changes: string[] };
+  others: { from: bigint; to: bigint; changes: string[]; authors: string[] };
   /** Something of the background work went wrong. */
   trouble: unknown;
   closed: { isServerStopped: boolean };
@@ -63,6 +66,8 @@ export class LiveSession {
   readonly motion = new MotionBuffer();
   readonly history = new History();
   readonly latency = new Latency();
+  /** This page in the session's list of clients; 0: not known yet. */
+  client = 0n;
   /** Newest revision that this page knows of. */
   revision = 0n;
   private readonly own = new Set<bigint>();
@@ -159,6 +164,16 @@ export class LiveSession {
     if (status) this.takeStatus(status);
     if (status?.result) this.enqueue(() => this.fetchMotion());
     if (status?.kind === "linkages") this.enqueue(() => this.refreshDesign());
+    this.enqueue(() => this.join());
+  }
+
+  /** From now on others see this page in the session: on each connection anew. */
+  async join(): Promise<void> {
+    const { client, clients, revisions } = await this.connection.call("joinSession", { session: this.reference });
+    this.client = client;
+    if (!this.status || this.isClosed) return;
+    Object.assign(this.status, { clients, revisions });
+    this.emit("people", undefined);
   }
 
   /** Of a linkage: how its newest design stands. */
@@ -169,6 +184,7 @@ export class LiveSession {
 
   close(): void {
     this.isClosed = true;
+    this.connection.call("leaveSession", { session: this.reference }).catch(() => undefined); // It may be gone.
     window.clearTimeout(this.sceneTimer);
     window.clearTimeout(this.behindTimer);
     for (const topic of this.topics) this.streams.unsubscribe(topic);
@@ -283,7 +299,7 @@ export class LiveSession {
     if (!foreign) return;
     const before = this.scenes.findLast(({ revision }) => revision < from)?.scene;
     const changes = before && this.scene ? describeChanges(before, this.scene) : [];
-    this.emit("others", { from, to, changes });
+    this.emit("others", { from, to, changes, authors: authors(this.status?.revisions ?? [], from, to, this.client) });
   }
 
   private scheduleScene(): void {
@@ -320,6 +336,7 @@ export class LiveSession {
     this.see(status.revision);
     this.status = status;
     this.emit("status", status);
+    this.emit("people", undefined);
     if (status.result) this.takeResult(status.result);
     if (this.isBehind && this.motion.frames === 0) this.enqueue(() => this.catchUp());
     else if (this.isBehind) this.catchUpLater();

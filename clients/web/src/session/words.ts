@@ -51,6 +51,14 @@ export function describeResult(result: ResultInfo): Line {
   return { tone, text: `${revision}: final, ${status}` };
 }
 
+/** Where the material does not bear the shape. */
+export function describeStrength(result: ResultInfo): Line | null {
+  const utilisation = result.beams?.largestUtilisation ?? 0;
+  if (utilisation <= 1 || result.solveFailed) return null;
+  const text = `overloaded: the largest stress is ${number(utilisation)} times the yield stress, and limber computes on as if nothing yielded`;
+  return { tone: "bad", text };
+}
+
 /** How near the shown result is to the exact one, as far as it was checked. */
 export function describeAccuracy(result: ResultInfo): Line | null {
   const motion = result.motionError;

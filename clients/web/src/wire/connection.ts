@@ -34,6 +34,8 @@ function randomText(): string {
 export class Connection {
   /** The run of limberd that answered last; another one means that its sessions are gone. */
   instance = "";
+  /** What others in a session see this page as; empty: the server finds a name. */
+  clientName = "";
   private nextId = 1n;
   private readonly client = randomText();
   private readonly pending = new Map<bigint, Pending>();
@@ -58,7 +60,10 @@ export class Connection {
   async call<K extends Kind>(kind: K, value: Init<K>, timeout = TIMEOUT_MS): Promise<Response<K>> {
     const id = this.nextId++;
     const body = { case: kind, value } as unknown as Body;
-    const data = toBinary(RequestSchema, create(RequestSchema, { version: VERSION, id, client: this.client, body }));
+    const data = toBinary(
+      RequestSchema,
+      create(RequestSchema, { version: VERSION, id, client: this.client, clientName: this.clientName, body }),
+    );
     const reply = await new Promise<Reply>((resolve, reject) => {
       const timer = window.setTimeout(() => {
         this.pending.delete(id);

@@ -16,8 +16,28 @@ export class LimberError extends Error {
   }
 }
 
+/** A path of message fields, as people say it: "scene.mesh.tets[7]" is "tets 7 of mesh"; "": nothing that helps. */
+export function fieldInWords(path: string): string {
+  const parts = path
+    .replace(/^(scene|edits\[\d+\])\.?/, "")
+    .split(".")
+    .filter(Boolean);
+  const isEdit = path.startsWith("edits[");
+  const told = (isEdit ? parts.slice(-1) : parts.slice(-2)).filter((part) => !["session", "id", "body"].includes(part));
+  return told
+    .map((part) => part.replace(/\[(\d+)\]$/, " $1").replaceAll("_", " "))
+    .reverse()
+    .join(" of ");
+}
+
+/** A message of the server and where it applies, as far as the message does not say so itself. */
+export function located(message: string, field: string): string {
+  const where = fieldInWords(field);
+  return where && !message.toLowerCase().includes(where.toLowerCase()) ? `${message} (${where})` : message;
+}
+
 /** What a person reads of anything that went wrong. */
 export function inWords(error: unknown): string {
-  if (error instanceof LimberError) return error.field ? `${error.message} (${error.field})` : error.message;
+  if (error instanceof LimberError) return located(error.message, error.field);
   return error instanceof Error ? error.message : String(error);
 }

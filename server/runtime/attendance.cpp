@@ -1,0 +1,92 @@
+#include "server/runtime/attendance.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace limber::server {
+namespace {
+
+double seconds(Attendance::Clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+}  // namespace
+
+Attendance::Present* Attendance::find(std::uint64_t number) {
+  const auto found = std::find_if(present_.begin(), present_.end(),
+                                  [&](const Present& one) { return one.client.number == number; });
+  return found == present_.end() ? nullptr : &*found;
+}
+
+Attendance::Joined Attendance::join(const ClientIdentity& client, Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (Present* const known = find(client.number)) {
+    known->client.name = client.name;
+    return Joined::kAgain;
+  }
+  if (present_.size() >= kMaxClients) return Joined::kFull;
+  present_.push_back({client, now});
+  // One that left and is back: what it made is known.
+  for (const Made& made : made_) {
+    if (made.client.number != client.number) continue;
+    present_.back().last_revision = made.revision;
+    break;
+  }
+  return Joined::kNew;
+}
+
+bool Attendance::leave(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  return std::erase_if(present_, [&](const Present& one) { return one.client.number == number; }) >
+         0;
+}
+
+void Attendance::note_revision(const ClientIdentity& client, std::uint64_t revision,
+                               std::vector<std::string> edits, Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (Present* const known = find(client.number))
+    known->last_revision = std::max(known->last_revision, revision);
+  // Edits of several threads may be noted in another order than they were made.
+  const auto at = std::find_if(made_.begin(), made_.end(),
+                               [&](const Made& made) { return made.revision < revision; });
+  if (at != made_.end() && at->revision + 1 == revision && at->client.number == client.number &&
+      at->edits == edits) {
+    at->revision = revision;
+    at->at = now;
+    return;
+  }
+  made_.insert(at, {revision, revision, client, std::move(edits), now});
+  if (made_.size() > kMaxRevisions) made_.pop_back();
+}
+
+template <class Message>
+void Attendance::add_people(Message& message, Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  for (const Present& one : present_) {
+    auto& client = *message.add_clients();
+    client.set_client(one.client.number);
+    client.set_name(one.client.name);
+    client.set_present_s(seconds(now - one.since));
+    client.set_last_revision(one.last_revision);
+  }
+  for (const Made& made : made_) {
+    auto& revision = *message.add_revisions();
+    revision.set_revision(made.revision);
+    revision.set_first(made.first);
+    revision.set_client(made.client.number);
+    revision.set_name(made.client.name);
+    for (const std::string& edit : made.edits) revision.add_edits(edit);
+    revision.set_age_s(seconds(now - made.at));
+  }
+}
+
+void Attendance::describe(proto::SessionStatus& status, Clock::time_point now) const {
+  status.set_age_s(seconds(now - opened_));
+  add_people(status, now);
+}
+
+void Attendance::describe(proto::JoinSessionResponse& response, Clock::time_point now) const {
+  add_people(response, now);
+}
+
+}  // namespace limber::server
