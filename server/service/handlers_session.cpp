@@ -59,7 +59,7 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
   const std::string& id = name->key().name;
   const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
-  const auto record = opening->make_record(hub_, name->key(), job);
+  auto record = opening->make_record(hub_, name->key(), job);
   put(record);
   try {
     opening->start(hub_, hub_.session_executor());
@@ -181,8 +181,7 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
   response.set_uid(record->key().uid);
   response.set_kind(record->kind());
   response.set_revision(record->status().revision());
-  kept_.imported(ticket, *record, std::move(stored), std::move(reply),
-                 [this, record] { drop(record); });
+  kept_.imported(ticket, *record, stored, std::move(reply), [this, record] { drop(record); });
 }
 
 void Service::demand_store() const {

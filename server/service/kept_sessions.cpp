@@ -71,7 +71,7 @@ void KeptSessions::write(const SharedTicket& ticket, std::vector<store::Change> 
         store::KeptReply{key.client, key.id, ticket->request_hash(), reply.SerializeAsString()});
   }
   hub_.store->append(std::move(changes), [ticket, reply = std::move(reply),
-                                          undo = std::move(undo)](std::exception_ptr fault) {
+                                          undo = std::move(undo)](const std::exception_ptr& fault) {
     if (!fault) {
       ticket->answer(reply);
       return;
@@ -101,7 +101,7 @@ void KeptSessions::closed(const SharedTicket& ticket, std::uint64_t uid, proto::
 }
 
 void KeptSessions::imported(const SharedTicket& ticket, const Record& record,
-                            proto::StoredSession stored, proto::Reply reply,
+                            const proto::StoredSession& stored, proto::Reply reply,
                             std::function<void()> undo) {
   const std::uint64_t uid = record.key().uid;
   std::vector<store::Change> changes{opened_session(record, stored.scene())};
@@ -170,7 +170,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
     }
   });
   JobGuard guard(hub_.jobs, job);
-  const auto record = opening->make_record(hub_, key, job);
+  auto record = opening->make_record(hub_, key, job);
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
   // The first solve finds all edits made.
   GatedExecutor gate(hub_.session_executor());

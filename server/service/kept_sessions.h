@@ -56,8 +56,8 @@ class KeptSessions {
   [[nodiscard]] std::shared_ptr<Record> restore(const SessionKey& key,
                                                 const proto::StoredSession& stored);
   /// Writes all of a session that was restored from a file.
-  void imported(const SharedTicket& ticket, const Record& record, proto::StoredSession stored,
-                proto::Reply reply, std::function<void()> undo);
+  void imported(const SharedTicket& ticket, const Record& record,
+                const proto::StoredSession& stored, proto::Reply reply, std::function<void()> undo);
 
  private:
   void write(const SharedTicket& ticket, std::vector<store::Change> changes, proto::Reply reply,

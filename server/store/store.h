@@ -33,7 +33,7 @@ class Store {
  public:
   /// Called once, by the store's thread: null once what was given is written for good, else why it
   /// is not yet.
-  using Done = std::function<void(std::exception_ptr fault)>;
+  using Done = std::function<void(const std::exception_ptr& fault)>;
 
   /// Opens or makes the file, and begins to write. One server at a time has a folder.
   /// @throws Error{kIo} naming the folder or file; {kFailedPrecondition, "folder"} where another
