@@ -16,11 +16,13 @@ constexpr std::chrono::milliseconds kProgressInterval(50);
 
 }  // namespace
 
-JobId JobRegistry::start(const std::string& kind, const std::string& session, Cancel cancel) {
+JobId JobRegistry::start(const std::string& kind, const std::string& session, Cancel cancel,
+                         Limit limit) {
   JobId id = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (running_ >= limit_) throw limit_exceeded("", "running jobs", limit_, running_ + 1);
+    if (limit == Limit::kOfRunning && running_ >= limit_)
+      throw limit_exceeded("", "running jobs", limit_, running_ + 1);
     id = ids_.next();
     Job& job = jobs_[id];
     job.status.set_job(id);

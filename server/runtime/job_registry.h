@@ -49,7 +49,10 @@ class JobRegistry {
 
   /// @param cancel  what to do when somebody asks the job to stop; called without locks
   /// @throws Refusal LIMIT_EXCEEDED when as many are running as may
-  JobId start(const std::string& kind, const std::string& session, Cancel cancel);
+  /// @param limit  kNone: of work that nobody asked for, such as sessions that come back
+  enum class Limit { kOfRunning, kNone };
+  JobId start(const std::string& kind, const std::string& session, Cancel cancel,
+              Limit limit = Limit::kOfRunning);
   void progress(JobId job, const session::Progress& progress);
   /// The first end counts; of a job that was asked to stop, failure means cancelled.
   void done(JobId job, JobProduct product = {});

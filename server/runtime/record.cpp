@@ -196,6 +196,11 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
   std::vector<store::Change> changes;
   const auto add = [&](std::uint64_t number, const proto::EditRequest& edits,
                        const std::string& by) {
+    if (edits.edits_size() == 0) {  // a gap is named when the session comes back
+      log::error("revision {} of session {} cannot be stored: its edits are not known", number,
+                 id());
+      return;
+    }
     proto::StoredEdit edit;
     edit.set_revision(number);
     *edit.mutable_edits() = edits.edits();
@@ -207,7 +212,7 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
     ++stored_revision_;
     add(stored_revision_, own_edits(stored_revision_), "");
   }
-  add(revision, made, client);
+  if (revision > stored_revision_) add(revision, made, client);
   stored_revision_ = std::max(stored_revision_, revision);
   return changes;
 }
@@ -228,6 +233,7 @@ void Record::keep_answer_later() {
 void Record::keep_answer() {
   constexpr std::size_t kLarge = 4 << 20;
   constexpr std::chrono::seconds kLargeInterval{5};
+  const std::lock_guard lock(answering_);
   const auto now = std::chrono::steady_clock::now();
   if (now < next_answer_) {
     const std::chrono::duration<double> wait = next_answer_ - now;
@@ -242,7 +248,7 @@ void Record::keep_answer() {
   try {
     proto::StoredAnswer answer;
     {
-      const std::lock_guard lock(mutex_);
+      const std::lock_guard own(mutex_);
       if (!newest_info_ || state_ == session::State::kClosed) return;
       *answer.mutable_result() = *newest_info_;
     }

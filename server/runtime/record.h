@@ -75,7 +75,7 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual std::optional<proto::EditRequest> made_edits(
       const proto::Request& request) const;
   /// What is to be stored of a revision, after what the session has changed by itself before it.
-  /// With edit_order(), once.
+  /// Nothing where that is stored. With edit_order().
   [[nodiscard]] std::vector<store::Change> changes_of(std::uint64_t revision,
                                                       const proto::EditRequest& made,
                                                       const std::string& client);
@@ -155,8 +155,9 @@ class Record : public std::enable_shared_from_this<Record> {
   // A design that is taken is reported within the request that takes it.
   std::recursive_mutex edit_order_;
   std::uint64_t stored_revision_ = 0;  // with edit_order_
+  std::mutex answering_;  // held while an answer is given to the store: the newest is the last
   std::atomic<bool> is_answer_due_{false};
-  // Of the one task that stores answers: none is stored before, and what waits for that.
+  // With answering_: no answer is stored before, and what waits for that.
   std::chrono::steady_clock::time_point next_answer_{};
   Deadline later_answer_;
 };

@@ -7,6 +7,7 @@
 #include "server/runtime/job_guard.h"
 #include "server/service/service.h"
 #include "server/wire/errors.h"
+#include "server/wire/wire_check.h"
 
 namespace limber::server {
 namespace {
@@ -33,7 +34,8 @@ void Service::open_session(const SharedTicket& ticket, const Request& request) {
   (void)ClientDirectory::identify(*ticket, request.client_name());
   proto::Reply reply;
   kept_.demand_writable();
-  const auto record = open(request.open_session(), *reply.mutable_open_session());
+  std::unique_lock<std::recursive_mutex> order;  // nobody edits or closes it before it is stored
+  const auto record = open(request.open_session(), *reply.mutable_open_session(), order);
   note_revision(*record, *ticket, request.client_name(), 0, {"open_session"});
   if (!kept_.is_on()) {
     ticket->answer(std::move(reply));
@@ -52,7 +54,8 @@ void Service::drop(const std::shared_ptr<Record>& record) {
 }
 
 std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
-                                      proto::OpenSessionResponse& response) {
+                                      proto::OpenSessionResponse& response,
+                                      std::unique_lock<std::recursive_mutex>& order) {
   const Kind& kind = kinds_.of(request.scene(), "scene");
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
@@ -60,6 +63,7 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
   const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, name->key(), job);
+  if (kept_.is_on()) order = std::unique_lock(record->edit_order());
   put(record);
   try {
     opening->start(hub_, hub_.session_executor());
@@ -129,7 +133,6 @@ proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& r
 }
 
 void Service::close(const proto::CloseSessionRequest& request, const SharedTicket& ticket) {
-  kept_.demand_writable();
   proto::Reply reply;
   reply.mutable_close_session();
   std::uint64_t uid = 0;
@@ -140,6 +143,7 @@ void Service::close(const proto::CloseSessionRequest& request, const SharedTicke
   } else {
     const auto record = sessions_.find(request.session());
     uid = record->key().uid;
+    const std::lock_guard order(record->edit_order());  // behind its opening, in the store too
     record->close();
     sessions_.remove(*record);  // the name is free only now
   }
@@ -163,6 +167,7 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
                               const SharedTicket& ticket) {
   demand_store();
   kept_.demand_writable();
+  check_wire(request.content(), *proto::StoredSession::descriptor());
   proto::StoredSession stored;
   if (!stored.ParseFromString(request.content()) || stored.version() == 0)
     throw invalid("content", "this is no session that was exported");

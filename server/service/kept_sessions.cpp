@@ -70,8 +70,9 @@ void KeptSessions::write(const SharedTicket& ticket, std::vector<store::Change> 
     changes.emplace_back(
         store::KeptReply{key.client, key.id, ticket->request_hash(), reply.SerializeAsString()});
   }
-  hub_.store->append(std::move(changes), [ticket, reply = std::move(reply),
-                                          undo = std::move(undo)](const std::exception_ptr& fault) {
+  const auto keep = undo ? store::Store::Keep::kNotAtAll : store::Store::Keep::kUntilWritten;
+  auto done = [ticket, reply = std::move(reply),
+               undo = std::move(undo)](const std::exception_ptr& fault) {
     if (!fault) {
       ticket->answer(reply);
       return;
@@ -82,7 +83,8 @@ void KeptSessions::write(const SharedTicket& ticket, std::vector<store::Change> 
     } catch (const std::exception& why) {
       ticket->refuse(why);
     }
-  });
+  };
+  hub_.store->append(std::move(changes), std::move(done), keep);
 }
 
 void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Record>& record,
@@ -162,13 +164,14 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   proto::Scene scene = stored.scene();
   if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
   const std::unique_ptr<Opening> opening = kind.read(scene, scenes_);
-  const JobId job = hub_.jobs.start("open_session", key.name, [this, reference = key.reference()] {
+  const auto cancel = [this, reference = key.reference()] {
     try {
       sessions_.find(reference)->cancel();
     } catch (const std::exception& fault) {
       log::debug("cancelling {}: {}", reference, fault.what());
     }
-  });
+  };
+  const JobId job = hub_.jobs.start("open_session", key.name, cancel, JobRegistry::Limit::kNone);
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, key, job);
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);

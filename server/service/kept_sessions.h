@@ -60,6 +60,7 @@ class KeptSessions {
                 const proto::StoredSession& stored, proto::Reply reply, std::function<void()> undo);
 
  private:
+  /// @param undo  where it is given, what cannot be written is forgotten
   void write(const SharedTicket& ticket, std::vector<store::Change> changes, proto::Reply reply,
              std::function<void()> undo = nullptr);
   void bring_back(const SessionRegistry::Parked& parked);

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 
 #include "limber/v1/service.pb.h"
 #include "server/kinds/registry.h"
@@ -84,7 +85,8 @@ class Service {
   // handlers_session.cpp
   void open_session(const SharedTicket& ticket, const Request& request);
   [[nodiscard]] std::shared_ptr<Record> open(const proto::OpenSessionRequest& request,
-                                             proto::OpenSessionResponse& response);
+                                             proto::OpenSessionResponse& response,
+                                             std::unique_lock<std::recursive_mutex>& order);
   proto::EditResponse edit(Record& record, const proto::EditRequest& request);
   void take_design(const SharedTicket& ticket, const Request& request);
   /// Of a revision that a request has made: it is stored, where sessions are, and then answered.

@@ -98,7 +98,7 @@ std::shared_ptr<Record> SessionRegistry::find(const std::string& reference) cons
   const auto it = sessions_.find(requested.name);
   const bool is_it = it != sessions_.end() && it->second.record->key().uid == requested.uid;
   // A session that came back has the uid that it was given by another run.
-  if (!is_it && ids_.is_of_another_run(requested.uid))
+  if (!is_it && !known_.contains(requested.uid) && ids_.is_of_another_run(requested.uid))
     throw restarted("session", fmt::format("session '{}'", requested.name));
   if (it == sessions_.end()) throw not_found(requested.name);
   if (requested.uid != 0 && it->second.record->key().uid != requested.uid) {
@@ -123,6 +123,7 @@ void SessionRegistry::remove(const Record& record) {
 void SessionRegistry::park(Parked parked) {
   const std::lock_guard lock(mutex_);
   const std::string name = parked.key.name;
+  known_.insert(parked.key.uid);
   parked_.insert_or_assign(name, std::move(parked));
 }
 

@@ -84,6 +84,7 @@ class SessionRegistry {
   mutable std::mutex mutex_;
   Sessions sessions_;
   std::map<std::string, Parked> parked_;
+  std::set<std::uint64_t> known_;  // of sessions that were ever parked: of another run, and ours
   std::set<std::string> reserved_;
   std::uint64_t last_ = 0, put_ = 0;
 };

@@ -58,7 +58,8 @@ void Service::ask_session(const SharedTicket& ticket, const Request& request) {
   if (verb.effect == Effect::kLasting)
     (void)ClientDirectory::identify(*ticket, request.client_name());
   std::unique_lock order(record->edit_order(), std::defer_lock);
-  if (kept_.is_on() && verb.effect == Effect::kLasting) order.lock();
+  // The one such request that is an edit; others may take long.
+  if (kept_.is_on() && request.has_take_design()) order.lock();
   if (!record->answer(request, reply)) throw record->lacks(verb.subject);
   const auto revision = revision_of(reply);
   if (!revision || verb.effect != Effect::kLasting) {

@@ -17,7 +17,7 @@ struct StoreOptions {
   Durability durability = Durability::kPower;
   /// Of the file, at most; changes beyond it are refused. 0: what the disk holds.
   std::uint64_t bytes = 0;
-  /// Sessions that nobody has asked for so long are removed; 0: none.
+  /// Sessions that nobody has changed for so long are removed at the start; 0: none.
   std::chrono::seconds retain{0};
   /// Between attempts to write what could not be written.
   std::chrono::milliseconds retry{500};

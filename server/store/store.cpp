@@ -8,7 +8,9 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <set>
 #include <utility>
+#include <variant>
 
 #include "engine/base/error.h"
 #include "server/log/log.h"
@@ -85,10 +87,10 @@ Store::~Store() {
 
 fs::path Store::file() const { return options_.file(); }
 
-void Store::append(std::vector<Change> changes, Done done) {
+void Store::append(std::vector<Change> changes, Done done, Keep keep) {
   {
     const std::lock_guard lock(mutex_);
-    waiting_.batches.push_back({std::move(changes), std::move(done)});
+    waiting_.batches.push_back({std::move(changes), std::move(done), keep});
   }
   changed_.notify_all();
 }
@@ -145,6 +147,7 @@ void Store::write_all() {
       }
       for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer);
       writer_->commit();
+      writer_->forget_now_and_then();
     } catch (const std::exception& error) {
       writer_->roll_back();
       fault = error.what();
@@ -156,7 +159,12 @@ void Store::write_all() {
         done(fault.empty() ? nullptr : not_written(fault));
       }
     }
-    if (fault.empty()) work = {};
+    if (fault.empty()) {
+      work = {};
+    } else {
+      std::erase_if(work.batches, [](const Batch& batch) { return batch.keep == Keep::kNotAtAll; });
+      make_room(work);
+    }
     lock.lock();
     is_writing_ = false;
     idle_.notify_all();
@@ -165,6 +173,33 @@ void Store::write_all() {
       return;
     }
   }
+}
+
+void Store::make_room(Work& work) {
+  std::set<std::uint64_t> closed;
+  for (const Batch& batch : work.batches) {
+    for (const Change& change : batch.changes) {
+      if (const auto* one = std::get_if<ClosedSession>(&change)) closed.insert(one->uid);
+    }
+  }
+  if (closed.empty()) return;
+  try {
+    writer_->begin();
+    for (const std::uint64_t uid : closed) writer_->write(ClosedSession{uid});
+    writer_->commit();
+  } catch (const std::exception&) {  // not even that: all of it is tried again
+    writer_->roll_back();
+    return;
+  }
+  const auto is_gone = [&](const Change& change) {
+    const auto* edited = std::get_if<EditedSession>(&change);
+    const auto* opened = std::get_if<OpenedSession>(&change);
+    const auto* one = std::get_if<ClosedSession>(&change);
+    return one != nullptr || (edited != nullptr && closed.contains(edited->uid)) ||
+           (opened != nullptr && closed.contains(opened->uid));
+  };
+  for (Batch& batch : work.batches) std::erase_if(batch.changes, is_gone);
+  for (const std::uint64_t uid : closed) work.answers.erase(uid);
 }
 
 void Store::note_written(std::size_t changes) {

@@ -43,7 +43,9 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  void append(std::vector<Change> changes, Done done);
+  /// @param keep  what becomes of changes that cannot be written now
+  enum class Keep { kUntilWritten, kNotAtAll };
+  void append(std::vector<Change> changes, Done done, Keep keep = Keep::kUntilWritten);
   /// The newest answer of a session (StoredAnswer): replaces the one that waits or is stored.
   void keep_answer(std::uint64_t uid, std::string answer);
   /// Returns when all that was given is written, or could not be.
@@ -70,6 +72,7 @@ class Store {
   struct Batch {
     std::vector<Change> changes;
     Done done;
+    Keep keep = Keep::kUntilWritten;
   };
   struct Work {
     std::deque<Batch> batches;
@@ -77,6 +80,8 @@ class Store {
   };
 
   void write_all();
+  /// Of what could not be written: sessions that are closed make room first.
+  void make_room(Work& work);
   void note_written(std::size_t changes);
   void note_fault(const std::string& fault);
 

@@ -23,10 +23,10 @@ std::uint64_t now_s() {
 
 Writer::Writer(const StoreOptions& options)
     : options_(options), database_(options.file(), Database::Access::kWrite) {
+  database_.run("PRAGMA auto_vacuum = INCREMENTAL");  // before the file has pages
   database_.run("PRAGMA journal_mode = WAL");
   database_.run(options.durability == Durability::kPower ? "PRAGMA synchronous = FULL"
                                                          : "PRAGMA synchronous = NORMAL");
-  database_.run("PRAGMA auto_vacuum = INCREMENTAL");
   if (options.bytes > 0) {
     auto size = database_.prepare("PRAGMA page_size");
     if (size.step())
@@ -130,6 +130,15 @@ void Writer::take(const StartedRun& run) {
 
 void Writer::write_answer(std::uint64_t uid, const std::string& answer) {
   statements_->answer.again().bind(uid).bind_bytes(answer).bind(uid).step();
+}
+
+void Writer::forget_now_and_then() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < forget_at_) return;
+  forget_at_ = now + std::chrono::minutes(1);
+  auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
+  replies.bind(now_s() - kReplySeconds).step();
+  database_.run("PRAGMA incremental_vacuum");
 }
 
 void Writer::forget_old() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,6 +25,8 @@ class Writer {
   void write_answer(std::uint64_t uid, const std::string& answer);
   /// Sessions that were not changed for so long, and old replies.
   void forget_old();
+  /// Old replies, once a minute; free pages go back to the disk.
+  void forget_now_and_then();
 
  private:
   void prepare();
@@ -35,6 +38,7 @@ class Writer {
   void remove(std::uint64_t uid);
 
   const StoreOptions options_;
+  std::chrono::steady_clock::time_point forget_at_{};
   Database database_;
   struct Statements {
     Statement open, edit, touch, answer, reply, find, forget_session, forget_edits, forget_answer;

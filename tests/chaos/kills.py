@@ -77,11 +77,11 @@ class Body(Drag):
         self.held = session.add(node=tip_of(session), frame=20, displacement=(0, 0, 0)).id
 
     def write(self, session, number):
-        session.move(self.held, (0, 1e-4 * (number % 3000), 0))
+        session.move(self.held, (0, 1e-6 * number, 0))
 
     def read(self, session):
         (constraint,) = session.constraints()
-        return round(constraint.target[1] / 1e-4)
+        return round(constraint.target[1] / 1e-6)
 
 
 class Linkage(Drag):

@@ -143,7 +143,7 @@ test("dropped files are opened, and what is wrong with them is said in words", a
   await drop(page, [{ name: "bad.json", text: '{"mesh": {"sample": "beam"}, "frames": 2, "fixed_nodes": [999999]}' }]);
   await until(page, () => document.querySelectorAll(".notice.bad").length >= 2);
   assert.match(await notices.textContent(), /frames/);
-  assert.match(await notices.textContent(), /fixed_nodes/);
+  assert.match(await notices.textContent(), /fixed nodes/);
   await drop(page, [{ name: "letter.docx", text: "x" }]);
   await until(page, () => /no file that this page knows/.test(document.querySelector(".notices").textContent));
   await drop(page, [{ name: "good.json", text: '{"name": "mine", "mesh": {"sample": "beam"}, "frames": 60}' }]);

@@ -16,7 +16,25 @@ namespace limber::server {
 BeamRecord::BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open_job)
     : SessionRecord(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
 
+namespace {
+
+/// What is held where it is must be told by values after the request, which undo takes away.
+void demand_held_apart(const proto::EditRequest& request) {
+  bool holds = false, undoes = false;
+  for (const proto::Edit& edit : request.edits()) {
+    holds |= edit.has_hold_beam_node();
+    undoes |= edit.has_undo() || edit.has_redo();
+  }
+  if (holds && undoes)
+    throw Error(ErrorCode::kUnsupported, "edits",
+                "a server that stores its sessions takes hold_beam_node and undo or redo in "
+                "requests of their own");
+}
+
+}  // namespace
+
 proto::EditResponse BeamRecord::edit(const proto::EditRequest& request) {
+  if (hub_.store) demand_held_apart(request);
   return encode_beam_receipt(make_edits(request, decode_beam_edits(request, opened_.model.nodes)));
 }
 
@@ -30,15 +48,19 @@ std::optional<proto::EditRequest> BeamRecord::made_edits(const proto::Request& r
   auto made = Record::made_edits(request);
   if (!made) return made;
   const auto conditions = session()->conditions();
-  for (proto::Edit& edit : *made->mutable_edits()) {
-    if (!edit.has_hold_beam_node()) continue;
+  made->clear_edits();
+  for (proto::Edit edit : request.edit().edits()) {
+    if (!edit.has_hold_beam_node()) {
+      *made->add_edits() = std::move(edit);
+      continue;
+    }
     const auto node = static_cast<int>(edit.hold_beam_node().node());
     const auto& motions = conditions->motions;
     const auto motion = std::find_if(motions.begin(), motions.end(),
                                      [node](const auto& one) { return one.node == node; });
-    // Undone or released by what follows in the same request.
+    // Released by what follows in the same request.
     if (motion == motions.end()) continue;
-    encode_beam_motion(*motion, *edit.mutable_move_beam_node()->mutable_motion());
+    encode_beam_motion(*motion, *made->add_edits()->mutable_move_beam_node()->mutable_motion());
   }
   return made;
 }

@@ -82,7 +82,8 @@ proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
 
 std::optional<proto::EditRequest> LinkageRecord::made_edits(const proto::Request& request) const {
   if (!request.has_take_design()) return Record::made_edits(request);
-  return own_edits(session()->revision());
+  const auto info = session()->design();
+  return own_edits(info && info->taken ? *info->taken : 0);
 }
 
 proto::EditRequest LinkageRecord::own_edits(std::uint64_t revision) const {

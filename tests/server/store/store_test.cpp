@@ -129,6 +129,7 @@ TEST_F(StoreTest, WhatWaitsTogetherIsOneCommit) {
 
 TEST_F(StoreTest, AFullFileIsSaidOnceToEveryWriterAndNothingIsLost) {
   options_.bytes = 100'000;
+  options_.retry = std::chrono::milliseconds(20);
   {
     Store store(options_);
     write(store, {opened(7, "flower")});
@@ -151,10 +152,24 @@ TEST_F(StoreTest, AFullFileIsSaidOnceToEveryWriterAndNothingIsLost) {
     EXPECT_GT(stored, 0U);
     EXPECT_THAT(store.fault(), HasSubstr("full"));
     EXPECT_EQ(store.load(7).edits_size(), static_cast<int>(stored));
-    // Room is made: what waits is written with it.
-    std::promise<void> closed;
-    store.append({ClosedSession{7}}, [&](const std::exception_ptr&) { closed.set_value(); });
-    closed.get_future().get();
+    // What is not to be kept waits for nothing.
+    std::promise<void> refused;
+    store.append(
+        {opened(8, large)},
+        [&](const std::exception_ptr& fault) {
+          EXPECT_TRUE(fault);
+          refused.set_value();
+        },
+        Store::Keep::kNotAtAll);
+    refused.get_future().get();
+    // A session that goes makes room: everything goes on.
+    store.append({ClosedSession{7}}, nullptr);
+    for (int tries = 0; !store.fault().empty() && tries < 200; ++tries)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_THAT(store.fault(), IsEmpty());
+    EXPECT_THAT(store.heads(), IsEmpty());
+    write(store, {opened(9, "tulip"), edited(9, 1)});
+    EXPECT_EQ(store.load(9).edits_size(), 1);
   }
 }
 

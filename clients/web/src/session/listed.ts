@@ -25,7 +25,7 @@ export function describeSession(one: SessionStatus): string {
   const what = [kindInWords(one.kind), one.name && `"${one.name}"`].filter(Boolean).join(" ");
   const people =
     one.clients.length === 1 ? "1 person here" : one.clients.length ? `${one.clients.length} people here` : "";
-  const age = `opened ${duration(one.ageS)} ago`;
+  const age = one.state === SessionState.PARKED ? "stored, not loaded" : `opened ${duration(one.ageS)} ago`;
   const parts = [what, sizeInWords(one), state, `revision ${one.revision}`, age, people];
   return `${one.session}: ${parts.filter(Boolean).join(", ")}`;
 }
