@@ -167,7 +167,12 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
                               const SharedTicket& ticket) {
   demand_store();
   kept_.demand_writable();
-  check_wire(request.content(), *proto::StoredSession::descriptor());
+  try {
+    check_wire(request.content(), *proto::StoredSession::descriptor());
+  } catch (const Refusal& refusal) {
+    throw invalid("content",
+                  fmt::format("this is no session that was exported: {}", refusal.what()));
+  }
   proto::StoredSession stored;
   if (!stored.ParseFromString(request.content()) || stored.version() == 0)
     throw invalid("content", "this is no session that was exported");
