@@ -16,20 +16,6 @@ constexpr std::uint64_t kEditsAtOnce = 65536;
 
 }  // namespace
 
-JobId Service::start_open_job(const SessionKey& key) {
-  return hub_.jobs.start("open_session", key.name, [this, reference = key.reference()] {
-    try {
-      sessions_.find(reference)->cancel();
-    } catch (const std::exception& fault) {
-      log::debug("cancelling {}: {}", reference, fault.what());
-    }
-  });
-}
-
-void Service::put(const std::shared_ptr<Record>& record) {
-  for (const auto& failed : sessions_.put(record)) kept_.give_way(*failed);
-}
-
 void Service::open_session(const SharedTicket& ticket, const Request& request) {
   (void)ClientDirectory::identify(*ticket, request.client_name());
   proto::Reply reply;
@@ -60,11 +46,11 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
   const std::string& id = name->key().name;
-  const JobId job = start_open_job(name->key());
+  const JobId job = kept_.start_open_job(name->key(), JobRegistry::Limit::kOfRunning);
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, name->key(), job);
   if (kept_.is_on()) order = std::unique_lock(record->edit_order());
-  put(record);
+  kept_.put(record);
   try {
     opening->start(hub_, hub_.session_executor());
   } catch (const std::exception& fault) {

@@ -13,13 +13,18 @@
 namespace limber::server {
 namespace {
 
-constexpr std::uint64_t kReplySeconds = 600;
 /// Results that may have been published after the stored one: two hours of iterates.
 constexpr std::uint64_t kSequencesAhead = 1'000'000;
 
 store::OpenedSession opened_session(const Record& record, const proto::Scene& scene) {
   return {record.key().uid, record.id(), record.kind(), scene.SerializeAsString(),
           record.status().SerializeAsString()};
+}
+
+Error not_brought_back(const SessionKey& key, const std::exception& why) {
+  return {ErrorCode::kIo, "session",
+          fmt::format("session '{}' is stored and could not be brought back: {}", key.name,
+                      why.what())};
 }
 
 }  // namespace
@@ -45,7 +50,7 @@ void KeptSessions::recall(StoredReplies& replies) {
     sessions_.park(std::move(parked));
   }
   if (!heads.empty()) log::info("{} sessions are in {}", heads.size(), hub_.store->file().string());
-  for (auto& kept : hub_.store->replies(kReplySeconds)) {
+  for (auto& kept : hub_.store->replies(store::kReplySeconds)) {
     proto::Reply reply;
     if (!reply.ParseFromString(kept.reply)) continue;
     reply.set_instance(hub_.run.instance);
@@ -146,13 +151,9 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
     (void)restore(parked.key, hub_.store->load(parked.key.uid));
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_LIMIT_EXCEEDED) throw;
-    throw Error(ErrorCode::kIo, "session",
-                fmt::format("session '{}' is stored and could not be brought back: {}",
-                            parked.key.name, refusal.what()));
+    throw not_brought_back(parked.key, refusal);
   } catch (const Error& fault) {
-    throw Error(ErrorCode::kIo, "session",
-                fmt::format("session '{}' is stored and could not be brought back: {}",
-                            parked.key.name, fault.what()));
+    throw not_brought_back(parked.key, fault);
   }
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
   log::info("session {} is back after {:.1f} ms", parked.key.name, took.count());
@@ -164,14 +165,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   proto::Scene scene = stored.scene();
   if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
   const std::unique_ptr<Opening> opening = kind.read(scene, scenes_);
-  const auto cancel = [this, reference = key.reference()] {
-    try {
-      sessions_.find(reference)->cancel();
-    } catch (const std::exception& fault) {
-      log::debug("cancelling {}: {}", reference, fault.what());
-    }
-  };
-  const JobId job = hub_.jobs.start("open_session", key.name, cancel, JobRegistry::Limit::kNone);
+  const JobId job = start_open_job(key, JobRegistry::Limit::kNone);
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, key, job);
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
@@ -189,7 +183,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
     }
     if (stored.edits_size() > 0)
       record->note_stored(stored.edits(stored.edits_size() - 1).revision());
-    for (const auto& failed : sessions_.put(record)) give_way(*failed);
+    put(record);
   } catch (const std::exception& fault) {
     gate.open();
     try {
@@ -202,6 +196,21 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   guard.release();
   gate.open();
   return record;
+}
+
+JobId KeptSessions::start_open_job(const SessionKey& key, JobRegistry::Limit limit) {
+  const auto cancel = [this, reference = key.reference()] {
+    try {
+      sessions_.find(reference)->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling {}: {}", reference, fault.what());
+    }
+  };
+  return hub_.jobs.start("open_session", key.name, cancel, limit);
+}
+
+void KeptSessions::put(const std::shared_ptr<Record>& record) {
+  for (const auto& failed : sessions_.put(record)) give_way(*failed);
 }
 
 void KeptSessions::give_way(Record& record) {

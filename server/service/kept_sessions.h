@@ -43,6 +43,10 @@ class KeptSessions {
               const proto::EditRequest& made, proto::Reply reply);
   void closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply);
 
+  /// The job of a session's opening, which cancels its work.
+  [[nodiscard]] JobId start_open_job(const SessionKey& key, JobRegistry::Limit limit);
+  /// Into the registry; failed ones that had to go for it are closed.
+  void put(const std::shared_ptr<Record>& record);
   /// A session that has to go for another: it is closed.
   void give_way(Record& record);
 

@@ -101,8 +101,6 @@ class Service {
   proto::CancelResponse cancel(const proto::CancelRequest& request);
   void drop(const std::shared_ptr<Record>& record);
   void demand_store() const;
-  [[nodiscard]] JobId start_open_job(const SessionKey& key);
-  void put(const std::shared_ptr<Record>& record);
 
   // handlers_presence.cpp
   void edit_session(const SharedTicket& ticket, const Request& request);

@@ -12,6 +12,9 @@ enum class Durability {
   kPower,    // the end of the machine, too: synced before it is acknowledged
 };
 
+/// Replies are known for so long.
+inline constexpr std::uint64_t kReplySeconds = 600;
+
 struct StoreOptions {
   std::filesystem::path folder;
   Durability durability = Durability::kPower;

@@ -147,7 +147,6 @@ void Store::write_all() {
       }
       for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer);
       writer_->commit();
-      writer_->forget_now_and_then();
     } catch (const std::exception& error) {
       writer_->roll_back();
       fault = error.what();
@@ -161,6 +160,7 @@ void Store::write_all() {
     }
     if (fault.empty()) {
       work = {};
+      forget_now_and_then();
     } else {
       std::erase_if(work.batches, [](const Batch& batch) { return batch.keep == Keep::kNotAtAll; });
       make_room(work);
@@ -172,6 +172,15 @@ void Store::write_all() {
       log::error("{} changes of sessions are lost: {}", changes, fault);
       return;
     }
+  }
+}
+
+/// What is written stays written, whether or not room is made behind it.
+void Store::forget_now_and_then() {
+  try {
+    writer_->forget_now_and_then();
+  } catch (const std::exception& fault) {
+    log::warn("old replies stay in the store: {}", fault.what());
   }
 }
 

@@ -82,6 +82,7 @@ class Store {
   void write_all();
   /// Of what could not be written: sessions that are closed make room first.
   void make_room(Work& work);
+  void forget_now_and_then();
   void note_written(std::size_t changes);
   void note_fault(const std::string& fault);
 

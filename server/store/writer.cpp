@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <variant>
+#include <vector>
 
 #include "engine/base/error.h"
 
@@ -11,7 +12,6 @@ namespace limber::server::store {
 namespace {
 
 constexpr std::uint64_t kForm = 1;  // of the tables
-constexpr std::uint64_t kReplySeconds = 600;
 
 std::uint64_t now_s() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -136,25 +136,26 @@ void Writer::forget_now_and_then() {
   const auto now = std::chrono::steady_clock::now();
   if (now < forget_at_) return;
   forget_at_ = now + std::chrono::minutes(1);
-  auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
-  replies.bind(now_s() - kReplySeconds).step();
+  forget_replies();
   database_.run("PRAGMA incremental_vacuum");
 }
 
+void Writer::forget_replies() {
+  auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
+  replies.bind(now_s() - kReplySeconds).step();
+}
+
 void Writer::forget_old() {
-  const std::uint64_t now = now_s();
   begin();
   try {
-    auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
-    replies.bind(now - kReplySeconds).step();
+    forget_replies();
     // Of edits that were made while their session was being closed.
     database_.run("DELETE FROM edits WHERE uid NOT IN (SELECT uid FROM sessions)");
     if (const auto retain = static_cast<std::uint64_t>(options_.retain.count()); retain > 0) {
-      for (const char* const sql :
-           {"DELETE FROM edits WHERE uid IN (SELECT uid FROM sessions WHERE touched < ?)",
-            "DELETE FROM answers WHERE uid IN (SELECT uid FROM sessions WHERE touched < ?)",
-            "DELETE FROM sessions WHERE touched < ?"})
-        database_.prepare(sql).bind(now - retain).step();
+      auto old = database_.prepare("SELECT uid FROM sessions WHERE touched < ?");
+      std::vector<std::uint64_t> uids;
+      for (old.bind(now_s() - retain); old.step();) uids.push_back(old.number(0));
+      for (const std::uint64_t uid : uids) remove(uid);
     }
     commit();
   } catch (...) {

@@ -36,6 +36,7 @@ class Writer {
   void take(const KeptReply& reply);
   void take(const StartedRun& run);
   void remove(std::uint64_t uid);
+  void forget_replies();
 
   const StoreOptions options_;
   std::chrono::steady_clock::time_point forget_at_{};
