@@ -4,6 +4,7 @@
 
 #include "server/log/log.h"
 #include "server/service/service.h"
+#include "server/wire/edits.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -13,11 +14,10 @@ namespace {
 std::vector<std::string> kinds_of_edits(const proto::EditRequest& request) {
   std::vector<std::string> kinds;
   for (const proto::Edit& edit : request.edits()) {
-    const auto* member = edit.GetReflection()->GetOneofFieldDescriptor(
-        edit, proto::Edit::descriptor()->FindOneofByName("edit"));
-    if (member == nullptr) continue;
-    if (std::find(kinds.begin(), kinds.end(), member->name()) == kinds.end())
-      kinds.push_back(member->name());
+    const auto* kind = edit_kind(edit);
+    if (kind == nullptr) continue;
+    if (std::find(kinds.begin(), kinds.end(), kind->name()) == kinds.end())
+      kinds.push_back(kind->name());
   }
   return kinds;
 }

@@ -17,8 +17,8 @@
 namespace limber::server {
 
 /// Sessions and the store of the server: what is written of requests that change a session, before
-/// they are acknowledged, and how a session comes back. Of servers without a store, it does
-/// nothing. Thread-safe.
+/// they are acknowledged, and how a session comes back; how sessions enter the registry. Of servers
+/// without a store, nothing is written. Thread-safe.
 class KeptSessions {
  public:
   KeptSessions(Hub& hub, const Kinds& kinds, const SceneContext& scenes, SessionRegistry& sessions)

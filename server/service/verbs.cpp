@@ -9,10 +9,15 @@
 namespace limber::server {
 namespace {
 
+/// What a Request or Reply is: the member of its oneof; null where it is empty.
+const google::protobuf::FieldDescriptor* body_of(const google::protobuf::Message& message) {
+  return message.GetReflection()->GetOneofFieldDescriptor(
+      message, message.GetDescriptor()->FindOneofByName("body"));
+}
+
 /// The member `session` that every request about a session has.
 std::string session_of(const proto::Request& request) {
-  const auto* body = request.GetReflection()->GetOneofFieldDescriptor(
-      request, proto::Request::descriptor()->FindOneofByName("body"));
+  const auto* body = body_of(request);
   LIMBER_DEMAND(body != nullptr);
   const auto& message = request.GetReflection()->GetMessage(request, body);
   const auto* session = message.GetDescriptor()->FindFieldByName("session");
@@ -22,19 +27,12 @@ std::string session_of(const proto::Request& request) {
 
 /// The member `revision` of the answer to a request that makes one.
 std::optional<std::uint64_t> revision_of(const proto::Reply& reply) {
-  const auto* body = reply.GetReflection()->GetOneofFieldDescriptor(
-      reply, proto::Reply::descriptor()->FindOneofByName("body"));
+  const auto* body = body_of(reply);
   if (body == nullptr) return std::nullopt;
   const auto& message = reply.GetReflection()->GetMessage(reply, body);
   const auto* revision = message.GetDescriptor()->FindFieldByName("revision");
   if (revision == nullptr) return std::nullopt;
   return message.GetReflection()->GetUInt64(message, revision);
-}
-
-std::string body_name(const proto::Request& request) {
-  return request.GetReflection()
-      ->GetOneofFieldDescriptor(request, proto::Request::descriptor()->FindOneofByName("body"))
-      ->name();
 }
 
 }  // namespace
@@ -66,7 +64,7 @@ void Service::ask_session(const SharedTicket& ticket, const Request& request) {
     ticket->answer(std::move(reply));
     return;
   }
-  note_revision(*record, *ticket, request.client_name(), *revision, {body_name(request)});
+  note_revision(*record, *ticket, request.client_name(), *revision, {body_of(request)->name()});
   keep_edit(ticket, request, *record, *revision, std::move(reply));
 }
 

@@ -49,6 +49,17 @@ def largest_move(one, other):
     return np.abs(one - other).max()
 
 
+def brought_back(kept, server, session, shown, shape):
+    """The session after a kill, whose last frame is what it was."""
+    settle(server)
+    kept.restart()
+    again = server.session(session)
+    result = again.wait(timeout=300)
+    assert result.converged and result.energy == pytest.approx(shown.energy, rel=1e-6)
+    assert largest_move(again.frames()[-1], shape) < 1e-5 * np.ptp(shape)
+    return again
+
+
 def test_a_body_comes_back_with_its_edits_and_its_answer(kept, server):
     session = server.open(small_scene(), session="bar", progress=False)
     session.add(node=tip_of(session), frame=20, displacement=(0, 0.4, 0)).move((0, 0.5, 0.1))
@@ -87,13 +98,7 @@ def test_a_linkage_comes_back_in_its_shape(kept, server):
     angle = session.conditions().mean_angle_degrees
     session.deploy(angle - 5)
     shown = session.wait(timeout=300)
-    shape = session.frames()[-1]
-    settle(server)
-    kept.restart()
-    again = server.session("shell")
-    result = again.wait(timeout=300)
-    assert result.converged and result.energy == pytest.approx(shown.energy, rel=1e-6)
-    assert largest_move(again.frames()[-1], shape) < 1e-5 * np.ptp(shape)
+    again = brought_back(kept, server, "shell", shown, session.frames()[-1])
     again.undo()
     assert again.conditions().mean_angle_degrees == angle and again.wait(timeout=300).converged
 
@@ -108,12 +113,7 @@ def test_a_beam_structure_comes_back_held_where_it_was(kept, server):
     session.gravity((0, 0, -30.0))
     shown = session.wait(timeout=300)
     shape = session.frames()[-1]
-    settle(server)
-    kept.restart()
-    again = server.session("roof")
-    result = again.wait(timeout=300)
-    assert result.converged and result.energy == pytest.approx(shown.energy, rel=1e-6)
-    assert largest_move(again.frames()[-1], shape) < 1e-5 * np.ptp(shape)
+    again = brought_back(kept, server, "roof", shown, shape)
     assert largest_move(again.frames()[-1][free], nodes[free]) < 1e-5 * np.ptp(shape)
 
 
