@@ -126,6 +126,28 @@ test("a linkage that an edit has cut into more edges is drawn with them", async 
   assert.deepEqual(page.faults, []);
 });
 
+test("a path opens at its end though its frames come before the scene and the first picture", async () => {
+  const page = await visit(browser, server.url);
+  await page.evaluate(() => {
+    const { connection } = window.limber;
+    const draw = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (callback) => window.setTimeout(() => draw(callback), 3000);
+    const call = connection.call.bind(connection);
+    connection.call = async (name, ...rest) => {
+      const reply = await call(name, ...rest);
+      if (name === "getSession") await new Promise((resolve) => window.setTimeout(resolve, 2000));
+      return reply;
+    };
+  });
+  await openSample(page, "gridshell");
+  const [frame, frames] = await page.evaluate(() => {
+    const { frame, session } = window.limber.opened;
+    return [frame, session.motion.frames];
+  });
+  assert.ok(frames > 1);
+  assert.equal(frame, frames - 1);
+});
+
 test("a node of a gridshell is brought where it is dragged", async () => {
   const page = await visit(browser, server.url);
   await openSample(page, "gridshell");

@@ -221,8 +221,7 @@ export class SessionPage implements Desk {
     const { workspace, session } = this;
     this.results?.update();
     if (!workspace || session.motion.frames === 0) return;
-    const isPath = session.kind !== "bodies";
-    this.timeline.set(session.motion.frames, workspace.rate, workspace.frameName, isPath);
+    this.setTimeline();
     if (!this.isFramed) this.geometryChanged();
     workspace.show(this.frame);
     this.overlay.textContent = "";
@@ -232,13 +231,15 @@ export class SessionPage implements Desk {
 
   private sceneChanged(): void {
     this.workspace?.sceneChanged();
-    this.timeline.set(
-      this.session.motion.frames,
-      this.workspace?.rate ?? 30,
-      this.workspace?.frameName ?? "Frame",
-      false,
-    );
+    this.setTimeline();
     this.refresh();
+  }
+
+  /** The scene may come before the first frames are shown, or after: paths open at their end either way. */
+  private setTimeline(): void {
+    const { session, workspace } = this;
+    const isPath = session.kind !== "bodies";
+    this.timeline.set(session.motion.frames, workspace?.rate ?? 30, workspace?.frameName ?? "Frame", isPath);
   }
 
   private showFrame(frame: number): void {
