@@ -25,6 +25,7 @@ namespace {
 constexpr int kMaximalThreads = 256;
 
 thread_local bool inside_parallel_for = false;
+thread_local Helpers chosen_helpers = Helpers::kUsual;
 
 struct InsideScope {
   InsideScope() { inside_parallel_for = true; }
@@ -169,9 +170,9 @@ void spin_until(const Predicate& there) {
 /// Threads that live as long as the process and help with any open loop.
 class Pool {
  public:
-  static Pool& instance() {
-    static Pool pool;
-    return pool;
+  static Pool& of(Helpers helpers) {
+    static Pool usual, patient;
+    return helpers == Helpers::kPatient ? patient : usual;
   }
 
   ~Pool() {
@@ -248,6 +249,8 @@ void set_thread_count(int threads) {
   thread_limit().store(std::min(threads, kMaximalThreads), std::memory_order_relaxed);
 }
 
+void choose_helpers(Helpers helpers) noexcept { chosen_helpers = helpers; }
+
 void detail::parallel_for_erased(std::int64_t count, std::int64_t grain, ChunkFunction function,
                                  const void* context) {
   LIMBER_DEMAND(grain > 0);
@@ -261,7 +264,7 @@ void detail::parallel_for_erased(std::int64_t count, std::int64_t grain, ChunkFu
     return;
   }
   Loop loop(count, grain, helpers + 1, function, context);
-  Pool::instance().run(loop, helpers);
+  Pool::of(chosen_helpers).run(loop, helpers);
   loop.rethrow();
 }
 

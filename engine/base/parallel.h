@@ -11,6 +11,12 @@ namespace limber {
 /// Overrides thread_count() from now on; >= 1.
 void set_thread_count(int threads);
 
+/// Which threads help with the loops of the calling thread, from now on. There are two sets of
+/// them, so that threads of a lower priority do not hold up the loops of others: a helper has the
+/// priority of the thread that first needed it.
+enum class Helpers { kUsual, kPatient };
+void choose_helpers(Helpers helpers) noexcept;
+
 namespace detail {
 using ChunkFunction = void (*)(const void* context, std::int64_t begin, std::int64_t end);
 void parallel_for_erased(std::int64_t count, std::int64_t grain, ChunkFunction function,

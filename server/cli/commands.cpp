@@ -54,6 +54,7 @@ struct CommandLine {
   std::string web_address;
   store::StoreOptions store;  // with --data
   double retain_days = 0;
+  int park_after_s = static_cast<int>(ServerOptions{}.park_after.count());
   bool web_beyond_loopback = false, web_deflate = false;
 };
 
@@ -147,11 +148,16 @@ void add_limits(CLI::App& app, CommandLine& line) {
          "Replies one client may leave unread");
   option("--max-unread-total-bytes", line.serve.server.transport.unread_total_bytes,
          "Replies all clients together may leave unread");
-  option("--max-sessions", limits.sessions, "Open sessions");
+  option("--max-sessions", limits.sessions, "Sessions in memory");
+  app.add_option("--max-memory-bytes", limits.memory_bytes,
+                 "Estimated memory of all sessions together; beyond it those that nobody uses are "
+                 "parked. 0: three quarters of the machine's, at least one session's")
+      ->capture_default_str()
+      ->group("Limits");
   option("--max-tets", limits.mesh_tets, "Tets of a mesh");
   option("--max-frames", limits.frames, "Frames of a scene");
   option("--max-constraints", limits.constraints, "Constraints of a session");
-  option("--max-jobs", limits.jobs, "Jobs running at once");
+  option("--max-jobs", limits.jobs, "Jobs running at once, besides openings");
   option("--max-session-bytes", limits.session_bytes, "Estimated memory of one session");
 }
 
@@ -172,6 +178,11 @@ void add_store(CLI::App& app, CommandLine& line) {
   add("--data-bytes", line.store.bytes, "Size of the store's file, at most; 0: what the disk holds")
       ->capture_default_str()
       ->transform(CLI::AsSizeValue(false));
+  add("--park-after", line.park_after_s,
+      "Seconds after which a stored session that nobody is in or asks for is parked: it takes no "
+      "memory, and comes back when somebody asks for it; 0: only when memory is needed")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 31'536'000));
   add("--retain", line.retain_days,
       "Days after which stored sessions that nobody changes are removed; 0: never")
       ->capture_default_str()
@@ -264,6 +275,7 @@ int run(int argc, char** argv, const MakeKinds& make_kinds) {
     if (const auto code = tools.run()) return *code;
     line.serve.web = web_options(app, line);
     line.serve.server.store = store_options(line);
+    line.serve.server.park_after = std::chrono::seconds(line.park_after_s);
     return serve_command(line, make_kinds);
   } catch (const std::exception& fault) {
     return report(app.get_name(), fault);

@@ -26,6 +26,7 @@ class Opening {
 
   /// How large it is, for the log: "12 nodes, 3 tets".
   [[nodiscard]] virtual std::string size() const = 0;
+  [[nodiscard]] virtual SessionMemory memory() const = 0;
   /// Warnings, with fields of the request.
   [[nodiscard]] virtual std::vector<proto::Issue> remarks() const { return {}; }
   /// The record, without a session. Once.

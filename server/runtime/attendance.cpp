@@ -80,6 +80,11 @@ void Attendance::add_people(Message& message, Clock::time_point now) const {
   }
 }
 
+bool Attendance::is_empty() const {
+  const std::lock_guard lock(mutex_);
+  return present_.empty();
+}
+
 void Attendance::describe(proto::SessionStatus& status, Clock::time_point now) const {
   status.set_age_s(seconds(now - opened_));
   add_people(status, now);

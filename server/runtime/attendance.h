@@ -33,6 +33,7 @@ class Attendance {
   Joined join(const ClientIdentity& client, Clock::time_point now);
   /// @returns whether it was there
   bool leave(std::uint64_t number);
+  [[nodiscard]] bool is_empty() const;
   /// @param edits  members of proto::Edit, or of proto::Request; once each
   void note_revision(const ClientIdentity& client, std::uint64_t revision,
                      std::vector<std::string> edits, Clock::time_point now);

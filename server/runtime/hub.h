@@ -23,8 +23,10 @@ struct WebEntrance {
 struct Hub {
   explicit Hub(ServerOptions given);
   void publish_job(const proto::JobStatus& status);
-  /// Runs tasks of sessions.
+  /// Runs tasks of sessions: what somebody edits goes before all else.
   [[nodiscard]] session::Executor session_executor();
+  /// For builds and jobs: on a thread that gives way to those of the other pools.
+  void post_patiently(std::function<void()> task);
 
   ServerOptions options;
   const Run run = Run::begin();
@@ -40,7 +42,8 @@ struct Hub {
   /// Null: sessions end with the server. Those who wait for it are answered by the transport.
   std::unique_ptr<store::Store> store;
   // Last, so that their threads end before anything they use does.
-  boost::asio::thread_pool session_pool;  // builds and solves
+  boost::asio::thread_pool solve_pool;    // what somebody waits for
+  boost::asio::thread_pool session_pool;  // builds, checks, designs and jobs: at a lower priority
   boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames
 };
 

@@ -31,7 +31,8 @@ JobId JobRegistry::start(const std::string& kind, const std::string& session, Ca
     job.status.set_state(proto::JOB_STATE_RUNNING);
     job.started = Clock::now();
     job.cancel = std::move(cancel);
-    ++running_;
+    job.is_limited = limit == Limit::kOfRunning;
+    if (job.is_limited) ++running_;
     on_change_(status_of(job));
   }
   log::info("job {} started: {} {}", id, kind, session);
@@ -81,7 +82,7 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     waiters.swap(job.waiters);
     reply = reply_of(job);
     status = job.status;
-    --running_;
+    if (it->second.is_limited) --running_;
     finished_.push_back(id);
     if (job.product.motion) motions_.push_back(id);
     forget_oldest();

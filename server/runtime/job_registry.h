@@ -49,7 +49,7 @@ class JobRegistry {
 
   /// @param cancel  what to do when somebody asks the job to stop; called without locks
   /// @throws Refusal LIMIT_EXCEEDED when as many are running as may
-  /// @param limit  kNone: of work that nobody asked for, such as sessions that come back
+  /// @param limit  kNone: of openings, which memory bounds
   enum class Limit { kOfRunning, kNone };
   JobId start(const std::string& kind, const std::string& session, Cancel cancel,
               Limit limit = Limit::kOfRunning);
@@ -85,7 +85,7 @@ class JobRegistry {
     proto::JobStatus status;
     Clock::time_point started, reported;
     Cancel cancel;
-    bool stop_requested = false;
+    bool stop_requested = false, is_limited = true;
     JobProduct product;
     std::vector<Waiter> waiters;
     [[nodiscard]] bool running() const { return status.state() == proto::JOB_STATE_RUNNING; }
@@ -106,7 +106,7 @@ class JobRegistry {
   std::deque<JobId> finished_;  // oldest first
   std::deque<JobId> motions_;   // of these, those whose motion is kept
   RunIds ids_;
-  std::uint32_t running_ = 0;
+  std::uint32_t running_ = 0;  // of those that are limited
 };
 
 }  // namespace limber::server

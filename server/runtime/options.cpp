@@ -11,6 +11,7 @@ void ServerOptions::validate() const {
   if (request_threads < 1 || request_threads > 1024)
     throw invalid("--request-threads", "must be in [1, 1024]");
   if (limits.sessions == 0) throw invalid("--max-sessions", "must be > 0");
+  if (park_after.count() < 0) throw invalid("--park-after", "must be >= 0");
   if (limits.jobs == 0) throw invalid("--max-jobs", "must be > 0");
   if (limits.constraints == 0) throw invalid("--max-constraints", "must be > 0");
   if (limits.frames < 3) throw invalid("--max-frames", "must be >= 3");

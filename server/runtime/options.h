@@ -13,12 +13,13 @@ namespace limber::server {
 
 /// Enforced, and named in the errors that enforce them.
 struct ServiceLimits {
-  std::uint32_t sessions = 16;
+  std::uint32_t sessions = 1000;
   std::uint64_t mesh_tets = 500'000;
   std::uint32_t frames = 100'000;
   std::uint32_t constraints = 4096;          // per session
   std::uint32_t jobs = 8;                    // running at once
   std::uint64_t session_bytes = 8ull << 30;  // estimated before a session is built
+  std::uint64_t memory_bytes = 0;            // of all sessions together; 0: half of the machine's
   std::uint32_t waits = 10'000;              // requests that wait for a result or a job
   std::uint32_t client_requests = 1000;      // of one client that wait or run
   std::uint32_t sure_requests = 64;          // of one client that may wait however many others wait
@@ -33,8 +34,10 @@ struct ServerOptions {
   ShutdownRequests shutdown_requests = ShutdownRequests::kRefused;
   ServiceLimits limits;
   std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
-  std::filesystem::path cache_folder;             // of built models; empty: none
-  std::optional<store::StoreOptions> store;       // of sessions; nothing: they end with the server
+  /// Sessions that are stored and nobody asks for are parked after so long; 0: only for others.
+  std::chrono::seconds park_after{900};
+  std::filesystem::path cache_folder;        // of built models; empty: none
+  std::optional<store::StoreOptions> store;  // of sessions; nothing: they end with the server
   int session_threads = 0;  // builds and solves; 0: --max-jobs and the number of cores together
   int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end

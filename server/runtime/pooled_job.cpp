@@ -1,6 +1,5 @@
 #include "server/runtime/pooled_job.h"
 
-#include <boost/asio/post.hpp>
 #include <utility>
 
 #include "server/wire/errors.h"
@@ -11,7 +10,7 @@ JobId start_pooled_job(Hub& hub, const char* kind, const char* prefix,
                        std::function<JobProduct(const JobContext&)> work) {
   const Cancellation cancellation;
   const JobId job = hub.jobs.start(kind, "", [cancellation] { cancellation.request(); });
-  boost::asio::post(hub.session_pool, [&hub, job, prefix, cancellation, work = std::move(work)] {
+  hub.post_patiently([&hub, job, prefix, cancellation, work = std::move(work)] {
     const JobContext context{cancellation, [&hub, job](const std::string& stage, double fraction) {
                                hub.jobs.progress(job, {stage, fraction});
                              }};

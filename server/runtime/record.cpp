@@ -14,7 +14,10 @@
 #include "server/wire/session_values.h"
 
 namespace limber::server {
-namespace {
+
+std::string status_topic(const std::string& session) {
+  return fmt::format("session/{}/status", session);
+}
 
 std::uint64_t milliseconds_since_1970() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -22,15 +25,13 @@ std::uint64_t milliseconds_since_1970() {
       std::chrono::duration_cast<std::chrono::milliseconds>(since).count());
 }
 
-}  // namespace
-
 Record::Record(Hub& hub, SessionKey key, std::string name, JobId open_job)
     : hub_(hub),
       waiters_(hub.control),
       streams_(std::make_shared<FrameStreams>(hub, key)),
       key_(std::move(key)),
       name_(std::move(name)),
-      status_topic_(fmt::format("session/{}/status", id())),
+      status_topic_(status_topic(id())),
       open_job_(open_job) {}
 
 bool Record::failed() const {
@@ -38,8 +39,61 @@ bool Record::failed() const {
   return is_attached() && state_ == session::State::kFailed;
 }
 
-Error Record::closed() const {
-  return {ErrorCode::kNotFound, "session", fmt::format("session '{}' is closed", id())};
+void Record::refuse_closed() const {
+  if (is_parked_.load())
+    throw ParkedMeanwhile(ErrorCode::kNotFound, "session",
+                          fmt::format("session '{}' is parked", id()));
+  throw Error(ErrorCode::kNotFound, "session", fmt::format("session '{}' is closed", id()));
+}
+
+std::uint64_t Record::memory_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return state_ == session::State::kBuilding ? memory_.building : memory_.kept;
+}
+
+bool Record::may_be_parked() const {
+  if (waiters_.size() > 0) return false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_attached() || state_ != session::State::kReady || open_job_ || later_job_) return false;
+    if (!newest_info_ || !newest_info_->converged()) return false;
+  }
+  proto::SessionStatus now;
+  describe(now);
+  if (stored_revision_ != now.revision() || !is_at_rest()) return false;
+  const std::lock_guard lock(mutex_);
+  return newest_info_->revision() == now.revision();
+}
+
+bool Record::keep_answer_now() {
+  const std::lock_guard lock(answering_);
+  return give_answer(std::chrono::steady_clock::now());
+}
+
+bool Record::wait_for_return(std::function<void()> then) {
+  const std::lock_guard lock(mutex_);
+  if (is_returning_) for_return_.push_back(std::move(then));
+  return is_returning_;
+}
+
+void Record::note_returned() {
+  std::vector<std::function<void()>> waiting;
+  {
+    const std::lock_guard lock(mutex_);
+    is_returning_ = false;
+    waiting.swap(for_return_);
+  }
+  for (auto& then : waiting) boost::asio::post(hub_.request_pool, std::move(then));
+}
+
+void Record::leave_to_store() {
+  is_parked_.store(true);
+  try {
+    close_session();
+  } catch (const std::exception&) {  // a client was quicker
+  }
+  end(ParkedMeanwhile(ErrorCode::kNotFound, "session",
+                      fmt::format("session '{}' is parked", id())));
 }
 
 Error Record::lacks(const char* what) const {
@@ -60,6 +114,7 @@ proto::SessionStatus Record::status() const {
   status.set_uid(key_.uid);
   status.set_kind(kind());
   status.set_is_stored(hub_.store != nullptr);
+  status.set_memory_bytes(memory_bytes());
   {
     const std::lock_guard lock(mutex_);
     status.set_state(encode_state(state_));
@@ -69,7 +124,7 @@ proto::SessionStatus Record::status() const {
     if (state_ == session::State::kBuilding)
       *status.mutable_progress() = encode_progress(progress_);
   }
-  attendance_.describe(status, Attendance::Clock::now());
+  attendance_->describe(status, Attendance::Clock::now());
   describe(status);
   return status;
 }
@@ -93,7 +148,7 @@ std::optional<JobId> Record::take_job(std::optional<JobId>& job) {
 void Record::cancel() {
   {
     const std::lock_guard lock(mutex_);
-    if (!is_attached()) throw closed();
+    if (!is_attached()) refuse_closed();
   }
   waiters_.refuse_all(Error(ErrorCode::kCancelled, "", "the session's work was cancelled"),
                       ResultWaiters::Later::kAccept);
@@ -117,6 +172,7 @@ void Record::welcome(const std::string& prefix) {
 
 void Record::end(const std::exception& fault) {
   streams_->close();
+  note_returned();
   waiters_.refuse_all(fault, ResultWaiters::Later::kRefuse);
   std::vector<JobId> ended;
   {
@@ -148,12 +204,14 @@ void Record::note_state(session::State state, const std::string& message) {
     attached = is_attached();
     cancelled = std::exchange(build_cancelled_, false);
   }
+  if (is_parked_.load()) return;
   log::info("session {} {}{}{}", id(), proto::SessionState_Name(encode_state(state)),
             message.empty() ? "" : ": ", message);
   if (state == session::State::kFailed) {
     const Error fault(ErrorCode::kFailedPrecondition, "",
                       fmt::format("the session has no model: {}", message));
     waiters_.refuse_all(fault, ResultWaiters::Later::kRefuse);
+    note_returned();
     const proto::Error error = error_to_proto(Error(ErrorCode::kNumerical, "", message));
     for (const JobId job : ended) {
       cancelled ? hub_.jobs.cancelled(job) : hub_.jobs.failed(job, error);
@@ -181,6 +239,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
   if (frames) streams_->note(frames);
   if (!info->first_picture()) waiters_.note(info, check);
   for (const JobId job : ended) hub_.jobs.done(job);
+  if (info->converged()) note_returned();
   publish_status();
   if (info->converged()) keep_answer_later();
 }
@@ -191,11 +250,9 @@ std::optional<proto::EditRequest> Record::made_edits(const proto::Request& reque
 }
 
 std::vector<store::Change> Record::changes_of(std::uint64_t revision,
-                                              const proto::EditRequest& made,
-                                              const std::string& client) {
+                                              const proto::EditRequest& made, const Maker& by) {
   std::vector<store::Change> changes;
-  const auto add = [&](std::uint64_t number, const proto::EditRequest& edits,
-                       const std::string& by) {
+  const auto add = [&](std::uint64_t number, const proto::EditRequest& edits, const Maker& maker) {
     if (edits.edits_size() == 0) {  // a gap is named when the session comes back
       log::error("revision {} of session {} cannot be stored: its edits are not known", number,
                  id());
@@ -204,15 +261,16 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
     proto::StoredEdit edit;
     edit.set_revision(number);
     *edit.mutable_edits() = edits.edits();
-    edit.set_client(by);
+    edit.set_client(maker.client);
+    edit.set_client_name(maker.name);
     edit.set_at_ms(milliseconds_since_1970());
     changes.emplace_back(store::EditedSession{key_.uid, number, edit.SerializeAsString()});
   };
   while (stored_revision_ + 1 < revision) {
     ++stored_revision_;
-    add(stored_revision_, own_edits(stored_revision_), "");
+    add(stored_revision_, own_edits(stored_revision_), {});
   }
-  if (revision > stored_revision_) add(revision, made, client);
+  if (revision > stored_revision_) add(revision, made, by);
   stored_revision_ = std::max(stored_revision_, revision);
   return changes;
 }
@@ -221,7 +279,7 @@ void Record::note_own_edits(std::uint64_t revision) {
   if (!hub_.store) return;
   const std::lock_guard order(edit_order_);
   if (stored_revision_ >= revision) return;
-  hub_.store->append(changes_of(revision, own_edits(revision), ""), nullptr);
+  hub_.store->append(changes_of(revision, own_edits(revision), {}), nullptr);
 }
 
 void Record::keep_answer_later() {
@@ -231,8 +289,6 @@ void Record::keep_answer_later() {
 
 /// Long answers at most once in kLargeInterval: writing them takes as long as they are.
 void Record::keep_answer() {
-  constexpr std::size_t kLarge = 4 << 20;
-  constexpr std::chrono::seconds kLargeInterval{5};
   const std::lock_guard lock(answering_);
   const auto now = std::chrono::steady_clock::now();
   if (now < next_answer_) {
@@ -245,25 +301,34 @@ void Record::keep_answer() {
     return;
   }
   is_answer_due_.store(false);
+  (void)give_answer(now);
+}
+
+bool Record::give_answer(std::chrono::steady_clock::time_point now) {
+  constexpr std::size_t kLarge = 4 << 20;
+  constexpr std::chrono::seconds kLargeInterval{5};
   try {
     proto::StoredAnswer answer;
     {
       const std::lock_guard own(mutex_);
-      if (!newest_info_ || state_ == session::State::kClosed) return;
+      if (!newest_info_ || state_ == session::State::kClosed) return false;
       *answer.mutable_result() = *newest_info_;
     }
     answer.set_revision(answer.result().revision());
     answer.set_sequence(answer.result().sequence());
-    if (!add_start(*answer.mutable_start())) return;
+    if (!add_start(*answer.mutable_start())) return false;
     std::string bytes = answer.SerializeAsString();
     if (bytes.size() > kLarge) next_answer_ = now + kLargeInterval;
     hub_.store->keep_answer(key_.uid, std::move(bytes));
+    return true;
   } catch (const std::exception& fault) {  // closed meanwhile
     log::debug("the answer of session {} is not stored: {}", id(), fault.what());
+    return false;
   }
 }
 
 void Record::publish_status() {
+  if (is_parked_.load()) return;  // clients know of the session itself, not of this record
   if (!hub_.transport.has_subscriber(status_topic_)) return;
   auto message = stream_message(hub_.run, id(), key_.uid);
   *message.mutable_status() = status();

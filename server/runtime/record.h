@@ -14,9 +14,22 @@
 #include "server/runtime/frame_streams.h"
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
+#include "server/runtime/session_memory.h"
 #include "server/runtime/timers.h"
 
 namespace limber::server {
+
+/// By the system's clock.
+[[nodiscard]] std::uint64_t milliseconds_since_1970();
+
+/// Topic of the status of a session of this name.
+[[nodiscard]] std::string status_topic(const std::string& session);
+
+/// What calls of a session get that was parked while they were on their way: they are made again.
+class ParkedMeanwhile : public Error {
+ public:
+  using Error::Error;
+};
 
 /// What the service knows of one session besides the session, for every kind: who waits, who
 /// watches, which jobs are its.
@@ -24,6 +37,8 @@ namespace limber::server {
 /// Lock order: no lock of this class is held while the session is called.
 class Record : public std::enable_shared_from_this<Record> {
  public:
+  using Clock = std::chrono::steady_clock;
+
   /// The job of the building gets its progress.
   Record(Hub& hub, SessionKey key, std::string name, JobId open_job);
   virtual ~Record() = default;
@@ -44,7 +59,11 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] proto::SessionStatus status() const;
   [[nodiscard]] ResultWaiters& waiters() { return waiters_; }
   /// Part of the status: who changes it publishes that.
-  [[nodiscard]] Attendance& attendance() { return attendance_; }
+  [[nodiscard]] Attendance& attendance() { return *attendance_; }
+  [[nodiscard]] const std::shared_ptr<Attendance>& shared_attendance() const { return attendance_; }
+  /// Of a session that was parked, and comes back to those who are in it. Before it is in the
+  /// registry.
+  void continue_with(std::shared_ptr<Attendance> people) { attendance_ = std::move(people); }
 
   /// Frames of the newest result, or of the newest final one.
   /// @throws Error{kNotFound} once it is closed; {kFailedPrecondition} before there are any
@@ -68,6 +87,10 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] Error lacks(const char* what) const;
 
   // For the store. What it has of the session is what these say.
+  /// Who made a revision: Request.client, and what others call that client.
+  struct Maker {
+    std::string client, name;
+  };
   /// Held while an edit is made and given to the store: in there the edits have no gaps.
   [[nodiscard]] std::recursive_mutex& edit_order() { return edit_order_; }
   /// The edits that a request has just made, by values alone: what it took from the answer of the
@@ -78,7 +101,7 @@ class Record : public std::enable_shared_from_this<Record> {
   /// Nothing where that is stored. With edit_order().
   [[nodiscard]] std::vector<store::Change> changes_of(std::uint64_t revision,
                                                       const proto::EditRequest& made,
-                                                      const std::string& client);
+                                                      const Maker& by);
   /// Of a session that comes back: so much is stored. With edit_order().
   void note_stored(std::uint64_t revision) { stored_revision_ = revision; }
   /// Puts the newest final answer into a scene as where that begins, see Kind::begin_in().
@@ -86,6 +109,30 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual bool add_start(proto::Scene& /*scene*/) const { return false; }
   /// Of a session that continues one of before: its results are numbered on. Before it is attached.
   void continue_after(std::uint64_t sequence) { last_sequence_ = sequence; }
+
+  // For the memory of all sessions.
+  void set_memory(const SessionMemory& memory) { memory_ = memory; }
+  [[nodiscard]] virtual std::uint64_t memory_bytes() const;
+  /// Somebody asks for it.
+  void touch() { touched_.store(Clock::now().time_since_epoch().count()); }
+  /// When somebody asked for it last.
+  [[nodiscard]] Clock::time_point used_at() const {
+    return Clock::time_point(Clock::duration(touched_.load()));
+  }
+  /// Its newest revision is solved, no one waits and nothing is under way that would be lost. With
+  /// edit_order().
+  [[nodiscard]] bool may_be_parked() const;
+  /// Gives the newest final answer to the store. @returns whether there is one
+  [[nodiscard]] bool keep_answer_now();
+  /// It is parked: closes the session without a word to its clients. Who still calls this record
+  /// gets ParkedMeanwhile.
+  void leave_to_store();
+
+  /// It comes back from the store: until its answer is there, what is asked of that can wait.
+  void expect_answer() { is_returning_ = true; }
+  /// @param then  called on the pool when its answer is there, or will not be
+  /// @returns false where there is nothing to wait for
+  [[nodiscard]] bool wait_for_return(std::function<void()> then);
 
   /// Of CancelRequest: stops the session's work; waiting clients are notified.
   void cancel();
@@ -103,7 +150,7 @@ class Record : public std::enable_shared_from_this<Record> {
   virtual void close_session() = 0;
 
  protected:
-  [[nodiscard]] Error closed() const;
+  [[noreturn]] void refuse_closed() const;
   /// The status fields of a session of this kind. Called without the lock.
   virtual void describe(proto::SessionStatus& status) const = 0;
   /// The session and its model are there: streams may begin. Called without the lock.
@@ -111,6 +158,8 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual bool is_attached() const = 0;  // called with the lock
   /// Somebody subscribed to a prefix: topics that sessions of this kind alone have.
   virtual void welcome_more(const std::string&) {}
+  /// Nothing that only this session knows would be lost. Called without the lock.
+  [[nodiscard]] virtual bool is_at_rest() const { return true; }
   /// The newest result is final: jobs that it ends besides the opening. Called with the lock.
   virtual void take_ended_jobs(std::vector<JobId>&) {}
 
@@ -131,7 +180,7 @@ class Record : public std::enable_shared_from_this<Record> {
 
   Hub& hub_;
   ResultWaiters waiters_;
-  Attendance attendance_{Attendance::Clock::now()};
+  std::shared_ptr<Attendance> attendance_ = std::make_shared<Attendance>(Attendance::Clock::now());
   const std::shared_ptr<FrameStreams> streams_;
   mutable std::mutex mutex_;         // of what follows, and of what subclasses have
   std::uint64_t last_sequence_ = 0;  // of a session before this one
@@ -141,7 +190,9 @@ class Record : public std::enable_shared_from_this<Record> {
   std::optional<JobId> later_job_;
 
  private:
+  void note_returned();
   void keep_answer_later();
+  bool give_answer(std::chrono::steady_clock::time_point now);  // with answering_
   void keep_answer();
   [[nodiscard]] std::vector<JobId> take_jobs();
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
@@ -150,9 +201,14 @@ class Record : public std::enable_shared_from_this<Record> {
   const std::string name_, status_topic_;
   session::Progress progress_;
   std::shared_ptr<const proto::ResultInfo> newest_info_;
+  bool is_returning_ = false;
+  std::vector<std::function<void()>> for_return_;
   bool build_cancelled_ = false;
   std::optional<JobId> open_job_;
   // A design that is taken is reported within the request that takes it.
+  SessionMemory memory_;  // before it is in the registry
+  std::atomic<Clock::rep> touched_{Clock::now().time_since_epoch().count()};
+  std::atomic<bool> is_parked_{false};
   std::recursive_mutex edit_order_;
   std::uint64_t stored_revision_ = 0;  // with edit_order_
   std::mutex answering_;  // held while an answer is given to the store: the newest is the last

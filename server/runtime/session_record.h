@@ -37,7 +37,7 @@ class SessionRecord : public Record, public Listener {
   /// The session, for calls. @throws Error{kNotFound} once it is closed
   [[nodiscard]] std::shared_ptr<Session> session() const {
     auto session = attached_session();
-    if (!session) throw closed();
+    if (!session) refuse_closed();
     return session;
   }
 

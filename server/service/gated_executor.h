@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -18,39 +17,45 @@ class GatedExecutor {
 
   /// May outlive this.
   [[nodiscard]] session::Executor executor() const {
-    return [gate = gate_](std::function<void()> task) { gate->run(std::move(task)); };
+    return [gate = gate_](session::Executor::Task task, session::Urgency urgency) {
+      gate->run({std::move(task), urgency});
+    };
   }
   void open() { gate_->open(); }
 
  private:
   class Gate {
    public:
+    struct Given {
+      session::Executor::Task task;
+      session::Urgency urgency;
+    };
     explicit Gate(session::Executor executor) : executor_(std::move(executor)) {}
-    void run(std::function<void()> task) {
+    void run(Given given) {
       {
         const std::lock_guard lock(mutex_);
         if (!is_open_) {
-          waiting_.push_back(std::move(task));
+          waiting_.push_back(std::move(given));
           return;
         }
       }
-      executor_(std::move(task));
+      executor_(std::move(given.task), given.urgency);
     }
     void open() {
-      std::vector<std::function<void()>> waiting;
+      std::vector<Given> waiting;
       {
         const std::lock_guard lock(mutex_);
         is_open_ = true;
         waiting.swap(waiting_);
       }
-      for (auto& task : waiting) executor_(std::move(task));
+      for (auto& given : waiting) executor_(std::move(given.task), given.urgency);
     }
 
    private:
     const session::Executor executor_;
     std::mutex mutex_;
     bool is_open_ = false;
-    std::vector<std::function<void()>> waiting_;
+    std::vector<Given> waiting_;
   };
 
   const std::shared_ptr<Gate> gate_;

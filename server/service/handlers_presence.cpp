@@ -1,5 +1,4 @@
 // Who is in a session and who made which revision.
-#include <algorithm>
 #include <mutex>
 
 #include "server/log/log.h"
@@ -8,21 +7,6 @@
 #include "server/wire/errors.h"
 
 namespace limber::server {
-namespace {
-
-/// Each kind once, in their order.
-std::vector<std::string> kinds_of_edits(const proto::EditRequest& request) {
-  std::vector<std::string> kinds;
-  for (const proto::Edit& edit : request.edits()) {
-    const auto* kind = edit_kind(edit);
-    if (kind == nullptr) continue;
-    if (std::find(kinds.begin(), kinds.end(), kind->name()) == kinds.end())
-      kinds.push_back(kind->name());
-  }
-  return kinds;
-}
-
-}  // namespace
 
 Attendance::Joined Service::enter(Record& record, const Ticket& ticket,
                                   const ClientIdentity& client) {
@@ -49,6 +33,7 @@ void Service::edit_session(const SharedTicket& ticket, const Request& request) {
   const auto record = kept_.find(request.edit().session());
   std::unique_lock order(record->edit_order(), std::defer_lock);
   if (kept_.is_on()) order.lock();
+  record->touch();
   proto::Reply reply;
   *reply.mutable_edit() = edit(*record, request.edit());
   const std::uint64_t revision = reply.edit().revision();
@@ -91,6 +76,8 @@ void Service::leave_all(const std::string& client) {
     log::debug("client {} has left session {}", *number, record->id());
     record->publish_status();
   }
+  for (const auto& parked : sessions_.all_parked())
+    if (parked.people && parked.people->leave(*number)) publish_parked(hub_, parked);
 }
 
 }  // namespace limber::server

@@ -21,6 +21,7 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   limits->set_constraints(given.constraints);
   limits->set_jobs(given.jobs);
   limits->set_session_bytes(given.session_bytes);
+  limits->set_memory_bytes(given.memory_bytes);
   info.set_uptime_s(
       std::chrono::duration<double>(std::chrono::steady_clock::now() - hub_.started).count());
   const auto& counters = hub_.counters;
@@ -42,6 +43,9 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   out["web_refused"] = counters.web_refused.load();
   out["unread_bytes"] = hub_.transport.unread_bytes();
   out["open_requests"] = hub_.open_requests.total();
+  out["session_bytes"] = kept_.parking().bytes();
+  out["parked"] = counters.parked.load();
+  out["brought_back"] = counters.brought_back.load();
   if (hub_.store) {
     const auto counts = hub_.store->counts();
     auto& store = *info.mutable_store();

@@ -46,9 +46,11 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
   const std::string& id = name->key().name;
-  const JobId job = kept_.start_open_job(name->key(), JobRegistry::Limit::kOfRunning);
+  const auto room = kept_.parking().make_room(opening->memory());
+  const JobId job = kept_.start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, name->key(), job);
+  record->set_memory(opening->memory());
   if (kept_.is_on()) order = std::unique_lock(record->edit_order());
   kept_.put(record);
   try {
@@ -85,7 +87,8 @@ void Service::keep_edit(const SharedTicket& ticket, const Request& request, Reco
                         std::uint64_t revision, proto::Reply reply) {
   const auto made = kept_.is_on() ? record.made_edits(request) : std::nullopt;
   if (made) {
-    kept_.edited(ticket, record, revision, *made, std::move(reply));
+    kept_.edited(ticket, record, revision, *made,
+                 ClientDirectory::identify(*ticket, request.client_name()).name, std::move(reply));
   } else {
     ticket->answer(std::move(reply));
   }
@@ -106,7 +109,8 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
 proto::ListSessionsResponse Service::list_sessions(const proto::ListSessionsRequest&) const {
   proto::ListSessionsResponse response;
   for (const auto& record : sessions_.all()) *response.add_sessions() = record->status();
-  for (auto& parked : sessions_.all_parked()) *response.add_sessions() = std::move(parked.status);
+  for (const auto& parked : sessions_.all_parked())
+    *response.add_sessions() = parked.current_status();
   return response;
 }
 

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
 #include "server/log/log.h"
 #include "server/runtime/job_guard.h"
 #include "server/service/gated_executor.h"
+#include "server/wire/edits.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -99,8 +101,10 @@ void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Reco
 }
 
 void KeptSessions::edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
-                          const proto::EditRequest& made, proto::Reply reply) {
-  write(ticket, record.changes_of(revision, made, ticket->request_key().client), std::move(reply));
+                          const proto::EditRequest& made, const std::string& name,
+                          proto::Reply reply) {
+  write(ticket, record.changes_of(revision, made, {ticket->request_key().client, name}),
+        std::move(reply));
 }
 
 void KeptSessions::closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply) {
@@ -148,26 +152,31 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
   if (!sessions_.parked(parked.key.reference())) return;
   const auto begin = std::chrono::steady_clock::now();
   try {
-    (void)restore(parked.key, hub_.store->load(parked.key.uid));
+    (void)restore(parked.key, hub_.store->load(parked.key.uid), parked.people);
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_LIMIT_EXCEEDED) throw;
     throw not_brought_back(parked.key, refusal);
   } catch (const Error& fault) {
     throw not_brought_back(parked.key, fault);
   }
+  hub_.counters.brought_back.fetch_add(1, std::memory_order_relaxed);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
   log::info("session {} is back after {:.1f} ms", parked.key.name, took.count());
 }
 
 std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
-                                              const proto::StoredSession& stored) {
+                                              const proto::StoredSession& stored,
+                                              const std::shared_ptr<Attendance>& people) {
   const Kind& kind = kinds_.of(stored.scene(), "scene");
   proto::Scene scene = stored.scene();
   if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
   const std::unique_ptr<Opening> opening = kind.read(scene, scenes_);
-  const JobId job = start_open_job(key, JobRegistry::Limit::kNone);
+  const auto room = parking_.make_room(opening->memory());
+  const JobId job = start_open_job(key);
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, key, job);
+  record->set_memory(opening->memory());
+  record->expect_answer();
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
   // The first solve finds all edits made.
   GatedExecutor gate(hub_.session_executor());
@@ -183,6 +192,10 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
     }
     if (stored.edits_size() > 0)
       record->note_stored(stored.edits(stored.edits_size() - 1).revision());
+    if (people)
+      record->continue_with(people);
+    else
+      recall_makers(*record, stored);
     put(record);
   } catch (const std::exception& fault) {
     gate.open();
@@ -198,7 +211,24 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   return record;
 }
 
-JobId KeptSessions::start_open_job(const SessionKey& key, JobRegistry::Limit limit) {
+/// Who made the newest revisions.
+void KeptSessions::recall_makers(Record& record, const proto::StoredSession& stored) {
+  const auto now = Attendance::Clock::now();
+  const auto now_ms = milliseconds_since_1970();
+  constexpr int kEdits = 1000;  // that may be one run of one client
+  for (int i = std::max(0, stored.edits_size() - kEdits); i < stored.edits_size(); ++i) {
+    const proto::StoredEdit& edit = stored.edits(i);
+    const std::string& name = edit.client_name().empty() ? edit.client() : edit.client_name();
+    if (name.empty()) continue;
+    const std::chrono::milliseconds age(now_ms > edit.at_ms() ? now_ms - edit.at_ms() : 0);
+    proto::EditRequest request;
+    *request.mutable_edits() = edit.edits();
+    record.attendance().note_revision({0, name}, edit.revision(), kinds_of_edits(request),
+                                      now - age);
+  }
+}
+
+JobId KeptSessions::start_open_job(const SessionKey& key) {
   const auto cancel = [this, reference = key.reference()] {
     try {
       sessions_.find(reference)->cancel();
@@ -206,7 +236,8 @@ JobId KeptSessions::start_open_job(const SessionKey& key, JobRegistry::Limit lim
       log::debug("cancelling {}: {}", reference, fault.what());
     }
   };
-  return hub_.jobs.start("open_session", key.name, cancel, limit);
+  // Bounded by memory: jobs of one client are not to keep another from opening.
+  return hub_.jobs.start("open_session", key.name, cancel, JobRegistry::Limit::kNone);
 }
 
 void KeptSessions::put(const std::shared_ptr<Record>& record) {

@@ -12,6 +12,7 @@
 #include "server/kinds/registry.h"
 #include "server/runtime/stored_replies.h"
 #include "server/runtime/ticket.h"
+#include "server/service/session_parking.h"
 #include "server/service/session_registry.h"
 
 namespace limber::server {
@@ -22,7 +23,7 @@ namespace limber::server {
 class KeptSessions {
  public:
   KeptSessions(Hub& hub, const Kinds& kinds, const SceneContext& scenes, SessionRegistry& sessions)
-      : hub_(hub), kinds_(kinds), scenes_(scenes), sessions_(sessions) {}
+      : hub_(hub), kinds_(kinds), scenes_(scenes), sessions_(sessions), parking_(hub, sessions) {}
 
   [[nodiscard]] bool is_on() const { return hub_.store != nullptr; }
   /// At the start: stored sessions are parked, and replies of before are known again.
@@ -39,12 +40,15 @@ class KeptSessions {
   void opened(const SharedTicket& ticket, const std::shared_ptr<Record>& record,
               const proto::Scene& scene, proto::Reply reply, std::function<void()> undo);
   /// @param made  what the record says of it; with its edit_order()
+  /// @param name  what others call whoever made it
   void edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
-              const proto::EditRequest& made, proto::Reply reply);
+              const proto::EditRequest& made, const std::string& name, proto::Reply reply);
   void closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply);
 
   /// The job of a session's opening, which cancels its work.
-  [[nodiscard]] JobId start_open_job(const SessionKey& key, JobRegistry::Limit limit);
+  [[nodiscard]] JobId start_open_job(const SessionKey& key);
+  [[nodiscard]] SessionParking& parking() { return parking_; }
+  [[nodiscard]] const SessionParking& parking() const { return parking_; }
   /// Into the registry; failed ones that had to go for it are closed.
   void put(const std::shared_ptr<Record>& record);
   /// A session that has to go for another: it is closed.
@@ -57,8 +61,9 @@ class KeptSessions {
   /// A session as one message. @throws as find()
   [[nodiscard]] proto::StoredSession load(const std::string& reference);
   /// Makes a session of a stored one, under a name that is reserved for it.
-  [[nodiscard]] std::shared_ptr<Record> restore(const SessionKey& key,
-                                                const proto::StoredSession& stored);
+  [[nodiscard]] std::shared_ptr<Record> restore(
+      const SessionKey& key, const proto::StoredSession& stored,
+      const std::shared_ptr<Attendance>& people = nullptr);
   /// Writes all of a session that was restored from a file.
   void imported(const SharedTicket& ticket, const Record& record,
                 const proto::StoredSession& stored, proto::Reply reply, std::function<void()> undo);
@@ -67,12 +72,14 @@ class KeptSessions {
   /// @param undo  where it is given, what cannot be written is forgotten
   void write(const SharedTicket& ticket, std::vector<store::Change> changes, proto::Reply reply,
              std::function<void()> undo = nullptr);
+  static void recall_makers(Record& record, const proto::StoredSession& stored);
   void bring_back(const SessionRegistry::Parked& parked);
 
   Hub& hub_;
   const Kinds& kinds_;
   const SceneContext& scenes_;
   SessionRegistry& sessions_;
+  SessionParking parking_;
   std::set<std::string> runs_;  // instances of before
   std::mutex mutex_;
   std::condition_variable brought_back_;

@@ -46,6 +46,7 @@ void Server::republish_status() {
   const std::chrono::duration<double> interval = hub_.options.status_interval;
   status_again_ = call_after(hub_.control, interval.count(), [this] {
     for (const auto& record : service_.sessions().all()) record->publish_status();
+    service_.park_idle();
     republish_status();
   });
 }
@@ -135,6 +136,7 @@ Server::Ending Server::shut_down() {
   hub_.control.stop();
   control_thread_.join();
   if (clean) {
+    hub_.solve_pool.join();
     hub_.session_pool.join();
     hub_.request_pool.join();
   }

@@ -40,6 +40,19 @@ bool is_short(const proto::EditRequest& request) {
          }) <= kSteps;
 }
 
+/// What its body calls its session; empty where that has none.
+std::string session_of(const proto::Request& request) {
+  const auto& reflection = *request.GetReflection();
+  const auto* body =
+      reflection.GetOneofFieldDescriptor(request, request.GetDescriptor()->FindOneofByName("body"));
+  if (body == nullptr) return "";
+  const auto& message = reflection.GetMessage(request, body);
+  const auto* session = message.GetDescriptor()->FindFieldByName("session");
+  if (session == nullptr || session->type() != google::protobuf::FieldDescriptor::TYPE_STRING)
+    return "";
+  return message.GetReflection()->GetString(message, session);
+}
+
 /// In the place of a session's name, of edits whose session is not where it can be peeked. No name:
 /// it has a character that none has.
 constexpr const char* kHiddenSession = "?";
@@ -183,9 +196,40 @@ bool Service::is_light_edit(const Request& request) const {
 void Service::carry_out(const SharedTicket& ticket, const Request& request) {
   try {
     (this->*verb_of(request.body_case()).handle)(ticket, request);
+  } catch (const ParkedMeanwhile&) {
+    boost::asio::post(hub_.request_pool,
+                      [this, ticket, request] { carry_out_again(ticket, request); });
+  } catch (const Error& fault) {
+    if (fault.code() == ErrorCode::kFailedPrecondition && wait_for_return(ticket, request)) return;
+    ticket->refuse(fault);
   } catch (const std::exception& fault) {
     ticket->refuse(fault);
   }
+}
+
+/// Of what a session lacks that has just come back from the store.
+bool Service::wait_for_return(const SharedTicket& ticket, const Request& request) {
+  const std::string session = session_of(request);
+  const auto record = sessions_.look_up(session.substr(0, session.find('@')));
+  return record &&
+         record->wait_for_return([this, ticket, request] { carry_out_again(ticket, request); });
+}
+
+/// The session that it asked was parked before it was reached: it is brought back.
+void Service::carry_out_again(const SharedTicket& ticket, const Request& request) {
+  try {
+    (this->*verb_of(request.body_case()).handle)(ticket, request);
+  } catch (const std::exception& fault) {
+    ticket->refuse(fault);
+  }
+}
+
+void Service::park_idle() {
+  if (is_parking_.exchange(true)) return;
+  boost::asio::post(hub_.request_pool, [this] {
+    kept_.parking().park_idle();
+    is_parking_.store(false);
+  });
 }
 
 void Service::work_on(HeavyRequests::Request heavy) {
@@ -211,6 +255,9 @@ void Service::work_on(HeavyRequests::Request heavy) {
 
 void Service::subscribed(const std::string& prefix) {
   for (const auto& record : sessions_.all()) record->welcome(prefix);
+  for (const auto& parked : sessions_.all_parked()) {
+    if (status_topic(parked.key.name).starts_with(prefix)) publish_parked(hub_, parked);
+  }
   if (std::string(kJobsTopic).compare(0, prefix.size(), prefix) != 0) return;
   hub_.jobs.publish_running();
 }

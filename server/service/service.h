@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -29,6 +30,8 @@ class Service {
   /// On the transport's thread. Never throws.
   void handle(Address address, zmq::message_t payload) noexcept;
   void subscribed(const std::string& prefix);
+  /// Now and then: what nobody uses is parked, on the pool.
+  void park_idle();
   [[nodiscard]] std::string overflow_reply(const Address& address,
                                            const UnreadReplies::Excess& excess) const;
   /// A reply did not reach this client: what it has waiting for a thread is dropped.
@@ -76,6 +79,8 @@ class Service {
   /// May it be made on the transport's thread?
   [[nodiscard]] bool is_light_edit(const Request& request) const;
   void carry_out(const SharedTicket& ticket, const Request& request);
+  [[nodiscard]] bool wait_for_return(const SharedTicket& ticket, const Request& request);
+  void carry_out_again(const SharedTicket& ticket, const Request& request);
 
   /// Requests about a session that not all kinds have: by its record.
   void ask_session(const SharedTicket& ticket, const Request& request);
@@ -141,6 +146,7 @@ class Service {
   std::function<void()> request_stop_;
   SessionRegistry sessions_;
   KeptSessions kept_;
+  std::atomic<bool> is_parking_{false};
   ClientDirectory clients_;
   StoredReplies replies_;
   HeavyRequests heavy_;

@@ -32,6 +32,14 @@ Refusal exists(const std::string& name) {
 
 }  // namespace
 
+proto::SessionStatus SessionRegistry::Parked::current_status() const {
+  proto::SessionStatus now = status;
+  now.clear_clients();
+  now.clear_revisions();
+  if (people) people->describe(now, Attendance::Clock::now());
+  return now;
+}
+
 std::unique_ptr<SessionRegistry::Reservation> SessionRegistry::reserve(
     const std::string& requested) {
   check_name(requested);
@@ -105,6 +113,7 @@ std::shared_ptr<Record> SessionRegistry::find(const std::string& reference) cons
     throw Refusal(proto::ERROR_CODE_NOT_FOUND, "session",
                   fmt::format("session '{}' was closed; another one has its name", requested.name));
   }
+  it->second.record->touch();
   return it->second.record;
 }
 
@@ -125,6 +134,19 @@ void SessionRegistry::park(Parked parked) {
   const std::string name = parked.key.name;
   known_.insert(parked.key.uid);
   parked_.insert_or_assign(name, std::move(parked));
+}
+
+bool SessionRegistry::park(const std::shared_ptr<Record>& record, proto::SessionStatus status,
+                           Record::Clock::time_point unused_since) {
+  const std::lock_guard lock(mutex_);
+  const auto it = sessions_.find(record->id());
+  if (it == sessions_.end() || it->second.record != record || record->used_at() > unused_since)
+    return false;
+  sessions_.erase(it);
+  known_.insert(record->key().uid);
+  parked_.insert_or_assign(record->id(),
+                           Parked{record->key(), std::move(status), record->shared_attendance()});
+  return true;
 }
 
 std::optional<SessionRegistry::Parked> SessionRegistry::parked(const std::string& reference) const {

@@ -46,6 +46,7 @@ class SessionRegistry {
   /// One that is parked under that name is it, and is parked no more.
   /// @throws Refusal as reserve() does, where a failed session was taken up again meanwhile
   [[nodiscard]] std::vector<std::shared_ptr<Record>> put(const std::shared_ptr<Record>& record);
+  /// Notes that somebody asks for it.
   /// @param reference  NAME or NAME@UID
   /// @throws Refusal NOT_FOUND, also where the name is another session's by now; RESTARTED for a
   /// UID of another run
@@ -60,8 +61,15 @@ class SessionRegistry {
   struct Parked {
     SessionKey key;
     proto::SessionStatus status;
+    std::shared_ptr<Attendance> people = nullptr;  // null: of before this run of the server
+    /// With who is in it now.
+    [[nodiscard]] proto::SessionStatus current_status() const;
   };
   void park(Parked parked);
+  /// In the place of its record, at once. @returns false where that is not there any more, or was
+  /// found since `unused_since`
+  [[nodiscard]] bool park(const std::shared_ptr<Record>& record, proto::SessionStatus status,
+                          Record::Clock::time_point unused_since);
   /// @param reference  NAME or NAME@UID. @returns nothing where no such session is parked
   [[nodiscard]] std::optional<Parked> parked(const std::string& reference) const;
   [[nodiscard]] std::vector<Parked> all_parked() const;

@@ -21,6 +21,7 @@ struct Counters {
       0};  // sent past a subscriber that did not keep up: it missed them
   std::atomic<std::uint64_t> refused_handshakes{0};  // CURVE keys not on the list
   std::atomic<std::uint64_t> refused_replies{0};     // too much is unread: an error in their place
+  std::atomic<std::uint64_t> parked{0}, brought_back{0};  // sessions, since the start
   std::atomic<std::uint64_t> cut_off{0};  // connections: too many subscriptions, key revoked
   std::atomic<std::uint64_t> web_connections{0};  // WebSockets that are open now
   std::atomic<std::uint64_t> web_refused{0};      // HTTP requests: wrong token, Host or Origin

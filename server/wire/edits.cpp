@@ -1,5 +1,6 @@
 #include "server/wire/edits.h"
 
+#include <algorithm>
 #include <charconv>
 #include <memory>
 #include <string_view>
@@ -12,6 +13,17 @@ namespace limber::server {
 const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit) {
   return edit.GetReflection()->GetOneofFieldDescriptor(
       edit, proto::Edit::descriptor()->FindOneofByName("edit"));
+}
+
+std::vector<std::string> kinds_of_edits(const proto::EditRequest& request) {
+  std::vector<std::string> kinds;
+  for (const proto::Edit& edit : request.edits()) {
+    const auto* kind = edit_kind(edit);
+    if (kind == nullptr) continue;
+    if (std::find(kinds.begin(), kinds.end(), kind->name()) == kinds.end())
+      kinds.push_back(kind->name());
+  }
+  return kinds;
 }
 
 std::string edit_field_in(const proto::EditRequest& message, const std::string& field,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/session/core/values.h"
 #include "limber/v1/service.pb.h"
@@ -12,6 +13,9 @@ namespace limber::server {
 
 /// What an edit is of: the member of its oneof; null where it is empty.
 [[nodiscard]] const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit);
+
+/// The members of its edits, each once, in their order.
+[[nodiscard]] std::vector<std::string> kinds_of_edits(const proto::EditRequest& request);
 
 /// A field of the engine's edits ("edits[2].node") as one of the request
 /// ("edits[2].set_beam_load.load.node"), as field_in().

@@ -74,6 +74,8 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
   void note_close() override { check_cancellation_.request(); }
   bool cancel_other_work() override;
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
+  [[nodiscard]] bool is_other_work_long() const override { return is_check_due(); }
+  [[nodiscard]] bool is_check_due() const;
 
   [[nodiscard]] bool selects_buckling_direction(const BeamConditions& conditions) const;
   /// Refines an equilibrium until it meets the tolerance. @returns what it is worth then; nothing
@@ -168,10 +170,13 @@ bool BeamSession::Impl::cancel_other_work() {
 }
 
 /// The check of a final result, at the end of all work; an edit interrupts it.
+bool BeamSession::Impl::is_check_due() const {
+  return newest_ && newest_ == final_ && newest_->check == Check::kPending &&
+         newest_->sequence != check_begun_for_;
+}
+
 bool BeamSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
-  if (!newest_ || newest_ != final_ || newest_->check != Check::kPending ||
-      newest_->sequence == check_begun_for_)
-    return false;
+  if (!is_check_due()) return false;
   const SharedResult result = newest_;
   check_begun_for_ = result->sequence;
   is_checking_ = true;

@@ -59,7 +59,7 @@ class BackgroundCheck {
     waiting_ = Waiting{result, std::move(request)};
     std::string refused;
     task_.post(
-        std::move(lock), [this, owner = std::move(owner)] { run(); }, refused);
+        std::move(lock), [this, owner = std::move(owner)] { run(); }, refused, Urgency::kPatient);
     if (refused.empty()) return;
     lock = std::unique_lock(mutex_);
     if (is_new(*result)) return;  // an edit came while the executor refused

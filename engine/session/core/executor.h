@@ -1,12 +1,40 @@
 #pragma once
 
+#include <concepts>
 #include <functional>
+#include <utility>
 
 namespace limber::session {
 
-/// Runs a task later on some thread. A session posts at most one task at a
-/// time, and those of bodies and linkages one that checks final results besides, then those
-/// of bodies one that compares numbers of modes.
-using Executor = std::function<void(std::function<void()>)>;
+/// Who waits for a task: somebody who edits, or nobody that close (builds, first solves, checks,
+/// fits, designs). An executor lets the first go before the second.
+enum class Urgency { kPrompt, kPatient };
+
+/// Runs a task later on some thread. A session posts at most one task at a time, and those of
+/// bodies and linkages one that checks final results besides, then those of bodies one that
+/// compares numbers of modes.
+class Executor {
+ public:
+  using Task = std::function<void()>;
+
+  Executor() = default;
+  /// @param run  takes a task; there is no difference between urgent ones and others
+  template <std::invocable<Task> Run>
+  Executor(Run run) : run_([run = std::move(run)](Task task, Urgency) { run(std::move(task)); }) {}
+  /// @param run  takes a task and its urgency
+  template <std::invocable<Task, Urgency> Run>
+  Executor(Run run) : run_(std::move(run)), distinguishes_(true) {}
+
+  void operator()(Task task, Urgency urgency = Urgency::kPrompt) const {
+    run_(std::move(task), urgency);
+  }
+  [[nodiscard]] explicit operator bool() const { return static_cast<bool>(run_); }
+  /// Whether a task that has become urgent, or no longer is, gains by being posted anew.
+  [[nodiscard]] bool distinguishes() const { return distinguishes_; }
+
+ private:
+  std::function<void(Task, Urgency)> run_;
+  bool distinguishes_ = false;
+};
 
 }  // namespace limber::session

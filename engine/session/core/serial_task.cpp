@@ -14,21 +14,29 @@ namespace limber::session {
 /// asked to post again.
 class SerialTask::Ticket {
  public:
-  Ticket(SerialTask& task, std::function<void()> run) : task_(task), run_(std::move(run)) {}
+  Ticket(SerialTask& task, std::function<void()> run, std::uint64_t number)
+      : task_(task), run_(std::move(run)), number_(number) {}
   Ticket(const Ticket&) = delete;
   Ticket& operator=(const Ticket&) = delete;
   ~Ticket() {
     if (!run_) return;
     const std::lock_guard lock(task_.mutex_);
-    task_.posted_ = false;
+    if (number_ == task_.number_) task_.posted_ = false;
   }
   void run() {
-    if (const std::function<void()> run = std::exchange(run_, nullptr)) run();
+    const std::function<void()> run = std::exchange(run_, nullptr);
+    if (run && is_newest()) run();
   }
 
  private:
+  [[nodiscard]] bool is_newest() const {
+    const std::lock_guard lock(task_.mutex_);
+    return number_ == task_.number_;
+  }
+
   SerialTask& task_;  // alive as long as run_ is
   std::function<void()> run_;
+  const std::uint64_t number_;
 };
 
 SerialTask::SerialTask(std::mutex& mutex, Executor executor, std::function<void()> on_closed)
@@ -38,14 +46,31 @@ SerialTask::SerialTask(std::mutex& mutex, Executor executor, std::function<void(
 }
 
 void SerialTask::post(std::unique_lock<std::mutex> lock, std::function<void()> run,
-                      std::string& message) {
-  if (posted_ || running_ || closed_) return;
+                      std::string& message, Urgency urgency) {
+  const bool is_overdue = urgency == Urgency::kPrompt && would_change(urgency);
+  if (running_ || closed_ || (posted_ && !is_overdue)) return;
+  give(std::move(lock), std::move(run), message, urgency);
+}
+
+void SerialTask::repost(std::unique_lock<std::mutex> lock, std::function<void()> run,
+                        std::string& message, Urgency urgency) {
+  if (closed_) return finish(std::move(lock));
+  running_ = false;
+  worker_ = {};
+  idle_.notify_all();
+  give(std::move(lock), std::move(run), message, urgency);
+}
+
+void SerialTask::give(std::unique_lock<std::mutex> lock, std::function<void()> run,
+                      std::string& message, Urgency urgency) {
   posted_ = true;
+  urgency_ = urgency;
+  const std::uint64_t number = ++number_;
   lock.unlock();
   std::string reason;
   try {
-    const auto ticket = std::make_shared<Ticket>(*this, std::move(run));
-    executor_([ticket] { ticket->run(); });
+    const auto ticket = std::make_shared<Ticket>(*this, std::move(run), number);
+    executor_([ticket] { ticket->run(); }, urgency);
     return;
   } catch (const std::exception& error) {
     reason = error.what();

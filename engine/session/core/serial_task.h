@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -27,6 +28,10 @@ class SerialTask {
   [[nodiscard]] bool is_pending() const { return posted_ || running_; }
   [[nodiscard]] bool is_running() const { return running_; }
   [[nodiscard]] bool is_closed() const { return closed_; }
+  /// Whether the task would run sooner or later as one of this urgency.
+  [[nodiscard]] bool would_change(Urgency urgency) const {
+    return executor_.distinguishes() && urgency != urgency_;
+  }
   /// Whether the calling thread is inside of the task.
   [[nodiscard]] bool is_current() const {
     return running_ && worker_ == std::this_thread::get_id();
@@ -34,10 +39,14 @@ class SerialTask {
 
   /// Sees to it that `run` is called, unless it is pending already or all is closed. Takes the
   /// lock, leaves without it. What the executor does not take or drops is posted again by the next
-  /// call.
+  /// call. One that waits as a patient task and has become urgent is posted anew.
   /// @param run  begins with begin() and ends with finish(); keeps the owner alive
   /// @param message  gets the reason where the executor took nothing, with the lock
-  void post(std::unique_lock<std::mutex> lock, std::function<void()> run, std::string& message);
+  void post(std::unique_lock<std::mutex> lock, std::function<void()> run, std::string& message,
+            Urgency urgency = Urgency::kPrompt);
+  /// The task's last deed, instead of finish(), where it is to go on as another one: as post().
+  void repost(std::unique_lock<std::mutex> lock, std::function<void()> run, std::string& message,
+              Urgency urgency);
 
   /// Without the lock, the task's first deed. @returns false where it must leave at once
   [[nodiscard]] bool begin();
@@ -50,6 +59,8 @@ class SerialTask {
 
  private:
   class Ticket;
+  void give(std::unique_lock<std::mutex> lock, std::function<void()> run, std::string& message,
+            Urgency urgency);
   void notify_closed(std::unique_lock<std::mutex>& lock);
 
   std::mutex& mutex_;
@@ -57,6 +68,8 @@ class SerialTask {
   const std::function<void()> on_closed_;
   std::condition_variable idle_;  // running_ has become false
   bool posted_ = false, running_ = false;
+  Urgency urgency_ = Urgency::kPrompt;  // of the task that was posted last
+  std::uint64_t number_ = 0;            // of that task: those before it do nothing any more
   bool closed_ = false, is_close_reported_ = false, was_close_reported_ = false;
   std::thread::id worker_;
 };

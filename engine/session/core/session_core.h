@@ -150,6 +150,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// With the lock, the task's, when nothing is to be solved: takes the lock along and does one
   /// thing without it. @returns false, and the lock is held, where there is nothing to do
   virtual bool do_other_work(std::unique_lock<std::mutex>& /*lock*/) { return false; }
+  /// With the lock: whether do_other_work() would do something long.
+  [[nodiscard]] virtual bool is_other_work_long() const { return false; }
   /// With the lock. @returns whether cancel() was for other work
   virtual bool cancel_other_work() { return false; }
   /// With the lock: cancel() is for rounds.
@@ -219,8 +221,9 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
 
   /// Sees to it that the task runs. Takes the lock, leaves without it.
   void post(std::unique_lock<std::mutex> lock) {
+    const Urgency urgency = next_urgency().value_or(Urgency::kPrompt);
     task_.post(
-        std::move(lock), [self = this->shared_from_this()] { self->run(); }, message_);
+        std::move(lock), [self = this->shared_from_this()] { self->run(); }, message_, urgency);
   }
   /// With the lock: another try at a build that failed.
   void build_again() {
@@ -314,6 +317,20 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
  private:
   static constexpr std::chrono::milliseconds kProgressInterval{20};  // between reports of a stage
 
+  /// With the lock, of what is to be done next: nobody waits for a build and for what was opened
+  /// as somebody does who edits. Nothing where there is nothing long to do.
+  [[nodiscard]] std::optional<Urgency> next_urgency() const {
+    if (state_ != State::kReady) return Urgency::kPatient;
+    if (has_work_) return document_revision() > 0 ? Urgency::kPrompt : Urgency::kPatient;
+    if (is_other_work_long()) return Urgency::kPatient;
+    return std::nullopt;
+  }
+  /// With the lock: what is to be done next has another urgency than the task that runs.
+  [[nodiscard]] bool is_for_another_task() const {
+    const auto urgency = next_urgency();
+    return !task_.is_closed() && urgency && task_.would_change(*urgency);
+  }
+
   void report_closed() {
     notify(listener_.get(),
            [](Listener<Result>& listener) { listener.on_state(State::kClosed, ""); });
@@ -371,8 +388,14 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// Nothing to do: the task ends, in the same breath.
   std::optional<Round> next_round() {
     std::unique_lock lock(mutex_);
-    while (!task_.is_closed() && !has_work_ && do_other_work(lock)) {
+    while (!task_.is_closed() && !has_work_ && !is_for_another_task() && do_other_work(lock)) {
       if (!lock.owns_lock()) lock = std::unique_lock(mutex_);
+    }
+    if (is_for_another_task()) {
+      const Urgency urgency = *next_urgency();
+      task_.repost(
+          std::move(lock), [self = this->shared_from_this()] { self->run(); }, message_, urgency);
+      return std::nullopt;
     }
     if (task_.is_closed() || !has_work_) {
       is_cancelled_ = false;

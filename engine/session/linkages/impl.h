@@ -105,6 +105,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void solve(const Round& round) override;
   void solve_failed(const Round& round, const std::string& reason) override;
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
+  [[nodiscard]] bool is_other_work_long() const override { return design_.is_waiting(); }
   [[nodiscard]] LinkageGeometry describe() const;
   [[nodiscard]] ShapeFinding examine(const std::shared_ptr<const LinkageResult>& result,
                                      const JobContext& job);

@@ -26,6 +26,9 @@ class BeamOpening final : public Opening {
     return fmt::format("{} nodes, {} elements of beams", structure_.model.nodes.size(),
                        structure_.model.elements.size());
   }
+  [[nodiscard]] SessionMemory memory() const override {
+    return estimate_beam_memory(structure_.model);
+  }
   [[nodiscard]] std::vector<proto::Issue> remarks() const override {
     std::vector<proto::Issue> remarks;
     for (const auto& issue : session::beam_remarks(structure_.model))

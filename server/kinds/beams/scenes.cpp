@@ -17,6 +17,11 @@ constexpr int kShapes = 256;  // that a session keeps of the paths to its result
 
 }  // namespace
 
+SessionMemory estimate_beam_memory(const beams::BeamModel& model) {
+  const std::uint64_t bytes = estimate_beam_bytes(model, kShapes);
+  return {bytes, bytes / 2};
+}
+
 proto::Scene beam_sample_scene(const std::string& name) {
   session::BeamSample sample = session::make_beam_sample(name);
   proto::BeamSection section;

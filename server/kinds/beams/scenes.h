@@ -4,9 +4,13 @@
 #include <vector>
 
 #include "server/kinds/beams/scene.h"
+#include "server/runtime/session_memory.h"
 #include "server/wire/line_source.h"
 
 namespace limber::server {
+
+/// Memory of a session of it [bytes], its elements as they are.
+[[nodiscard]] SessionMemory estimate_beam_memory(const beams::BeamModel& model);
 
 /// One of limber's own structures of beams as a message.
 [[nodiscard]] proto::Scene beam_sample_scene(const std::string& name);

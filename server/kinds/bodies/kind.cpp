@@ -61,6 +61,7 @@ class BodyOpening final : public Opening {
       : cache_(std::move(cache)), decoded_(decode_body(message, "scene.", context)) {
     remarks_ = server::remarks(message, decoded_, "scene.");
     demand_memory(decoded_.scene, scene_limits(context.limits));
+    memory_ = {estimate_session_bytes(decoded_.scene), estimate_kept_bytes(decoded_.scene)};
     opened_ = describe_body(message, decoded_.scene, context.resolve);
     if (opened_.surface) add_remarks(*opened_.surface);
   }
@@ -68,6 +69,7 @@ class BodyOpening final : public Opening {
   [[nodiscard]] std::string size() const override {
     return fmt::format("{} nodes, {} tets, {} frames", opened_.nodes, opened_.tets, opened_.frames);
   }
+  [[nodiscard]] SessionMemory memory() const override { return memory_; }
   [[nodiscard]] std::vector<proto::Issue> remarks() const override { return remarks_; }
   [[nodiscard]] std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
                                                     JobId open_job) override {
@@ -96,6 +98,7 @@ class BodyOpening final : public Opening {
 
   std::shared_ptr<session::ModelCache> cache_;
   DecodedScene decoded_;
+  SessionMemory memory_;
   std::vector<proto::Issue> remarks_;
   BodyRecord::Opened opened_;
   std::shared_ptr<BodyRecord> record_;

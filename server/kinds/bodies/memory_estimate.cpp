@@ -41,6 +41,24 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene, const scene::Mod
          estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
 }
 
+std::uint64_t estimate_kept_bytes(const scene::Scene& scene) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  const int candidates = scene::candidate_mode_count(scene);
+  const double r = candidates + 6.0;
+  const double h = scene.model.basis_size > 0 ? scene.model.basis_size : 4 * r;
+  double numbers = 2 * 3 * n * (r + h);  // modes and basis, of the model and of the full map
+  numbers += 3 * n * 40 * std::cbrt(std::max(1.0, n));
+  numbers += 2 * m * (9 * 12 + 9 * r + 64);
+  numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
+  numbers += 4 * frames * (r + h);
+  return static_cast<std::uint64_t>(numbers * sizeof(double)) +
+         (scene.surface ? estimate_surface_bytes(*scene.surface) : 0) +
+         estimate_constraint_bytes(constraints_of(scene), scene.model.mode_count) +
+         estimate_keyframe_bytes(scene.keyframes.size(), candidates + 6, constraints_of(scene),
+                                 scene.model.mode_count) +
+         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
+}
+
 std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
   double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of a step

@@ -15,6 +15,10 @@ namespace limber::server {
 [[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene,
                                                    const scene::ModelRequest& model);
 
+/// Memory of a session that is built [bytes]: modes, basis, the factor of the stiffness, per-tet
+/// operators, base motion, results, constraints and keyframes.
+[[nodiscard]] std::uint64_t estimate_kept_bytes(const scene::Scene& scene);
+
 /// The same of a simulation: the factor of its steps and the motion, as it is computed and kept.
 [[nodiscard]] std::uint64_t estimate_simulation_bytes(const scene::Scene& scene);
 

@@ -31,6 +31,7 @@ class LinkageOpening final : public Opening {
         linkage_(decode_linkage(message, "scene.", line_loader(context.resolve))) {
     const session::LinkageCheck sizes = check_linkage(linkage_, context.limits.session_bytes);
     with_linkage_fields(message, [&] { session::demand_sound(sizes); });
+    memory_ = estimate_linkage_memory(linkage_);
     for (scene::Issue issue : session::linkage_remarks(linkage_)) {
       issue.field = linkage_field_in(message, issue.field);
       remarks_.push_back(encode_issue(issue, "scene."));
@@ -48,6 +49,7 @@ class LinkageOpening final : public Opening {
   [[nodiscard]] std::string size() const override {
     return fmt::format("{} segments, {} joints", opened_.segments, opened_.joints);
   }
+  [[nodiscard]] SessionMemory memory() const override { return memory_; }
   [[nodiscard]] std::vector<proto::Issue> remarks() const override { return remarks_; }
   [[nodiscard]] std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
                                                     JobId open_job) override {
@@ -67,6 +69,7 @@ class LinkageOpening final : public Opening {
  private:
   const proto::Scene& message_;  // of the request, which outlives this
   scene::Linkage linkage_;
+  SessionMemory memory_;
   int most_chosen_edges_ = 0;
   std::vector<proto::Issue> remarks_;
   LinkageRecord::Opened opened_;

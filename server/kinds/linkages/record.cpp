@@ -59,6 +59,11 @@ void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& 
   }
 }
 
+bool LinkageRecord::is_at_rest() const {
+  const auto design = session()->newest_design().info;
+  return !design || (design->state == session::DesignState::kEnded && design->taken);
+}
+
 void LinkageRecord::publish_design(const session::DesignInfo& info) {
   if (!hub_.transport.has_subscriber(design_topic_)) return;
   auto message = stream_message(hub_.run, id(), key().uid);

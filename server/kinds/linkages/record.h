@@ -54,6 +54,8 @@ class LinkageRecord final
   [[nodiscard]] proto::EditRequest own_edits(std::uint64_t revision) const override;
   void describe(proto::SessionStatus& status) const override;
   void adopt_model() override;
+  /// A design that runs, waits or was not taken is not stored.
+  [[nodiscard]] bool is_at_rest() const override;
   void welcome_more(const std::string& prefix) override;
   void note_closed(session::LinkageSession& session) override;
   void publish_design(const session::DesignInfo& info);

@@ -16,7 +16,7 @@ namespace {
 
 /// Reduced variables, Hessian, its factor with room for fill, a path of shapes: a guess on the safe
 /// side.
-constexpr std::uint64_t kBytesPerEdge = 24'000;
+constexpr std::uint64_t kBytesPerEdge = 24'000, kKeptBytesPerEdge = 9'000;
 constexpr int kLeastEdges = 3;  // of a segment
 
 }  // namespace
@@ -46,14 +46,17 @@ int most_chosen_edges(const scene::Linkage& linkage, std::uint64_t session_bytes
       std::clamp<std::uint64_t>(session_bytes / bytes, kLeastEdges, session::kMostChosenEdges));
 }
 
-session::LinkageCheck check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
+SessionMemory estimate_linkage_memory(const scene::Linkage& linkage) {
   const int least = linkage.edges_per_segment == 0 ? kLeastEdges : linkage.edges_per_segment;
   const auto edges =
       static_cast<std::uint64_t>(linkage.lines.edge_count()) * static_cast<std::uint64_t>(least);
-  if (session_bytes > 0 && edges * kBytesPerEdge > session_bytes) {
-    throw limit_exceeded("scene", "estimated bytes of the session", session_bytes,
-                         edges * kBytesPerEdge);
-  }
+  return {edges * kBytesPerEdge, edges * kKeptBytesPerEdge};
+}
+
+session::LinkageCheck check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
+  const std::uint64_t bytes = estimate_linkage_memory(linkage).building;
+  if (session_bytes > 0 && bytes > session_bytes)
+    throw limit_exceeded("scene", "estimated bytes of the session", session_bytes, bytes);
   return session::check_linkage(linkage);
 }
 

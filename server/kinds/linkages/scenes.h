@@ -6,6 +6,7 @@
 #include "engine/session/linkages/mapping.h"
 #include "limber/v1/scene.pb.h"
 #include "server/kinds/linkages/scene.h"
+#include "server/runtime/session_memory.h"
 #include "server/wire/line_source.h"
 
 namespace limber::server {
@@ -23,6 +24,8 @@ namespace limber::server {
                                                   std::uint64_t session_bytes);
 
 /// Edges per segment that may be chosen for a tolerance, so that a session stays within its bytes.
+/// Memory of a session of it [bytes], with the edges that it is opened with.
+[[nodiscard]] SessionMemory estimate_linkage_memory(const scene::Linkage& linkage);
 [[nodiscard]] int most_chosen_edges(const scene::Linkage& linkage, std::uint64_t session_bytes);
 
 /// All that is wrong with a scene of a linkage; the first is what opening it is refused with.

@@ -1,6 +1,7 @@
 #include "engine/base/parallel.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <mutex>
@@ -67,6 +68,31 @@ TEST(ParallelFor, UsesSeveralThreads) {
     while (arrived < 3) std::this_thread::yield();
   });
   EXPECT_EQ(arrived, 3);
+}
+
+TEST(ParallelFor, ThreadsOfALowPriorityHaveHelpersOfTheirOwn) {
+  const ThreadCount scope(3);
+  const auto priorities = [] {
+    std::mutex mutex;
+    std::set<int> found;
+    std::atomic<int> arrived = 0;
+    parallel_for(3, 1, [&](std::int64_t, std::int64_t) {
+      ++arrived;
+      while (arrived < 3) std::this_thread::yield();
+      const std::lock_guard lock(mutex);
+      found.insert(::getpriority(PRIO_PROCESS, 0));
+    });
+    return found;
+  };
+  const int usual = ::getpriority(PRIO_PROCESS, 0);
+  std::set<int> patient;
+  std::thread([&] {
+    ASSERT_EQ(::setpriority(PRIO_PROCESS, 0, usual + 3), 0);
+    choose_helpers(Helpers::kPatient);
+    patient = priorities();
+  }).join();
+  EXPECT_EQ(patient, std::set<int>{usual + 3});
+  EXPECT_EQ(priorities(), std::set<int>{usual});
 }
 
 TEST(ParallelFor, RethrowsTheExceptionOfTheLowestChunk) {

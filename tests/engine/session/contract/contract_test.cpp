@@ -349,6 +349,50 @@ TYPED_TEST(SessionContract, AtMostOneTaskIsPosted) {
   EXPECT_LE(live.executor.most_pending(), TypeParam::kMaxTasks);
 }
 
+TYPED_TEST(SessionContract, WhatIsEditedDoesNotWaitBehindBuilds) {
+  ManualExecutor prompt, patient;
+  const auto recorder = std::make_shared<typename TypeParam::Recorder>();
+  auto session = TypeParam::open(prompt.executor(patient), recorder);
+  const auto final_revision = [&] {
+    const auto result = TypeParam::final_result(*session);
+    return result ? TypeParam::header(*result).revision : 1000;
+  };
+  EXPECT_EQ(prompt.waiting(), 0U);
+  EXPECT_EQ(patient.waiting(), 1U);
+  patient.run_one();
+  EXPECT_EQ(session->state(), State::kReady);
+  EXPECT_EQ(final_revision(), 0U) << "nobody edited: solved by the same task";
+  for (Revision revision = 1; revision <= 3; ++revision) {
+    // What is found out about the answer before waits behind all that is urgent.
+    EXPECT_EQ(session->edit(TypeParam::number(static_cast<int>(revision)), {}).revision, revision);
+    EXPECT_EQ(prompt.waiting(), 1U);
+    prompt.run_all();
+    EXPECT_EQ(final_revision(), revision);
+  }
+  for (bool is_left = true; is_left;) is_left = patient.run_one() || prompt.run_one();
+  EXPECT_EQ(final_revision(), 3U);
+  session.reset();
+  EXPECT_EQ(recorder->fault(), "");
+}
+
+TYPED_TEST(SessionContract, AnEditOfWhatIsBeingBuiltIsSolvedByAnUrgentTask) {
+  ManualExecutor prompt, patient;
+  const auto recorder = std::make_shared<typename TypeParam::Recorder>();
+  auto session = TypeParam::open(prompt.executor(patient), recorder);
+  EXPECT_EQ(session->edit(TypeParam::number(1), {}).revision, 1U);
+  EXPECT_EQ(prompt.waiting(), 0U) << "there is nothing to solve yet";
+  patient.run_one();
+  EXPECT_EQ(session->state(), State::kReady);
+  EXPECT_EQ(TypeParam::final_result(*session), nullptr);
+  EXPECT_EQ(prompt.waiting(), 1U);
+  prompt.run_one();
+  ASSERT_NE(TypeParam::final_result(*session), nullptr);
+  EXPECT_EQ(TypeParam::header(*TypeParam::final_result(*session)).revision, 1U);
+  for (bool is_left = true; is_left;) is_left = patient.run_one() || prompt.run_one();
+  session.reset();
+  EXPECT_EQ(recorder->fault(), "");
+}
+
 TYPED_TEST(SessionContract, AnExecutorThatDropsTasksLosesNoEdit) {
   using Mode = ManualExecutor::Mode;
   Live<TypeParam> live;

@@ -25,6 +25,12 @@ class ManualExecutor {
   [[nodiscard]] Executor executor() {
     return [this](std::function<void()> task) { take(std::move(task)); };
   }
+  /// Keeps prompt tasks; patient ones are kept by `patient`.
+  [[nodiscard]] Executor executor(ManualExecutor& patient) {
+    return [this, &patient](std::function<void()> task, Urgency urgency) {
+      (urgency == Urgency::kPatient ? patient : *this).take(std::move(task));
+    };
+  }
   void set_mode(Mode mode) {
     const std::lock_guard lock(mutex_);
     mode_ = mode;

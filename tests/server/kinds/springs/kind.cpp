@@ -20,6 +20,9 @@ class ChainOpening final : public Opening {
   [[nodiscard]] std::string size() const override {
     return fmt::format("{} springs", chain_.springs.size());
   }
+  [[nodiscard]] SessionMemory memory() const override {
+    return {1000 * chain_.springs.size(), 1000 * chain_.springs.size()};
+  }
   [[nodiscard]] std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
                                                     JobId open_job) override {
     return record_ = std::make_shared<ChainRecord>(hub, key, name_, chain_, open_job);

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "server/service/session_registry.h"
+
+namespace limber::server {
+
+/// Bounds the memory of all sessions together. Those that nobody uses are parked: they stay in the
+/// store alone, and come back when somebody asks for them. Servers without a store park none.
+/// Thread-safe.
+class SessionParking {
+ public:
+  SessionParking(Hub& hub, SessionRegistry& sessions) : hub_(hub), sessions_(sessions) {}
+
+  /// Memory that is kept for a session until it is in the registry.
+  class Room {
+   public:
+    Room(SessionParking& parking, std::uint64_t bytes) : parking_(parking), bytes_(bytes) {}
+    ~Room();
+    Room(const Room&) = delete;
+    Room& operator=(const Room&) = delete;
+
+   private:
+    SessionParking& parking_;
+    const std::uint64_t bytes_;
+  };
+  /// Parks sessions, those first that were not asked for the longest, as far as it takes. Waits for
+  /// the store.
+  /// @throws Refusal LIMIT_EXCEEDED where that is not enough
+  [[nodiscard]] std::unique_ptr<Room> make_room(const SessionMemory& memory);
+
+  /// Parks those that nobody has asked for since ServerOptions::park_after.
+  void park_idle();
+
+  /// Of all sessions that are not parked [bytes].
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  enum class People { kAbsent, kAny };
+  /// Those that nobody has asked for since then, the longest first.
+  [[nodiscard]] std::vector<std::shared_ptr<Record>> idle(std::chrono::nanoseconds since,
+                                                          People people) const;
+  /// @returns whether it was parked: not where it has work, or cannot be stored now
+  bool park(const std::shared_ptr<Record>& record);
+
+  Hub& hub_;
+  SessionRegistry& sessions_;
+  mutable std::mutex mutex_;    // of what follows
+  std::uint64_t reserved_ = 0;  // by Rooms
+  std::mutex parking_;          // one thread parks at a time
+};
+
+/// To the subscribers of its status topic.
+void publish_parked(Hub& hub, const SessionRegistry::Parked& parked);
+
+}  // namespace limber::server
