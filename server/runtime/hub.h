@@ -19,6 +19,13 @@ struct WebEntrance {
   std::string url, token;
 };
 
+/// What the server is about to do.
+enum class Phase {
+  kStarting,
+  kReady,
+  kDraining,  // it will end: new sessions are refused, what is under way gets its answer
+};
+
 /// What every part of the service shares. Outlives all sessions.
 struct Hub {
   explicit Hub(ServerOptions given);
@@ -34,6 +41,7 @@ struct Hub {
   Transport transport;
   JobRegistry jobs;
   OpenRequests open_requests;
+  std::atomic<Phase> phase{Phase::kStarting};
   std::atomic<bool> stopping{false};
   WebEntrance web;  // set before the transport starts
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();

@@ -175,6 +175,11 @@ void JobRegistry::publish_running() const {
   }
 }
 
+std::uint32_t JobRegistry::running() const {
+  const std::lock_guard lock(mutex_);
+  return running_;
+}
+
 std::vector<proto::JobStatus> JobRegistry::list() const {
   const std::lock_guard lock(mutex_);
   std::vector<proto::JobStatus> all;

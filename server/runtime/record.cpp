@@ -74,6 +74,13 @@ proto::SessionStatus Record::status() const {
   return status;
 }
 
+proto::SessionUse Record::use() const {
+  proto::SessionUse use = use_of(status());
+  const std::lock_guard lock(mutex_);
+  solve_times_.describe(use);
+  return use;
+}
+
 /// The jobs, in the same breath as noting what ends them: one that begins right after, when a
 /// client has the answer, is not ended by it. Called with the lock.
 std::vector<JobId> Record::take_jobs() {
@@ -172,6 +179,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
   {
     const std::lock_guard lock(mutex_);
     newest_info_ = info;
+    solve_times_.note(*info);
     frames = keep();
     if (info->converged()) {
       if (open_job_) ended.push_back(*std::exchange(open_job_, std::nullopt));

@@ -35,6 +35,7 @@ bool Ticket::answer(proto::Reply reply, Keep keep) {
     if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
       log::error("internal fault: {}", reply.error().message());
   }
+  if (reply.has_edit()) counters_.acknowledgements.note(std::chrono::steady_clock::now() - begun_);
   std::string bytes = reply.SerializeAsString();
   std::shared_ptr<Ticket> repeated;
   if (replies_ != nullptr) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <memory>
 #include <string>
@@ -70,6 +71,7 @@ class Ticket {
   std::uint64_t id_;
   std::uint64_t client_number_ = 0;
   const std::string instance_;
+  const std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   StoredReplies* replies_ = nullptr;
   RequestKey key_;
   std::uint64_t hash_ = 0;

@@ -5,9 +5,19 @@
 
 namespace limber::server {
 
-void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const {
+void Service::server_info(const proto::GetServerInfoRequest& request,
+                          const SharedTicket& ticket) const {
   proto::Reply reply;
-  auto& info = *reply.mutable_get_server_info();
+  *reply.mutable_get_server_info() = info();
+  if (request.with_status()) describe_status(*reply.mutable_get_server_info()->mutable_status());
+  // Who can ask here without it, may do all that pages may.
+  if (ticket->way() == Ticket::Way::kSocket)
+    reply.mutable_get_server_info()->set_web_token(hub_.web.token);
+  ticket->answer(std::move(reply));
+}
+
+proto::GetServerInfoResponse Service::info() const {
+  proto::GetServerInfoResponse info;
   info.set_server_version(LIMBER_VERSION);
   info.set_instance(hub_.run.instance);
   info.add_protocol_versions(1);
@@ -39,6 +49,7 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   out["refused_replies"] = counters.refused_replies.load();
   out["cut_off"] = counters.cut_off.load();
   out["web_connections"] = counters.web_connections.load();
+  out["web_published"] = counters.web_published.load();
   out["web_refused"] = counters.web_refused.load();
   out["unread_bytes"] = hub_.transport.unread_bytes();
   out["open_requests"] = hub_.open_requests.total();
@@ -50,12 +61,11 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
     store.set_bytes(counts.bytes);
     store.set_commits(counts.commits);
     store.set_changes(counts.changes);
+    store.set_synced_commits(counts.synced_commits);
     store.set_fault(hub_.store->fault());
   }
   info.set_web(hub_.web.url);
-  // Who can ask here without it, may do all that pages may.
-  if (ticket->way() == Ticket::Way::kSocket) info.set_web_token(hub_.web.token);
-  ticket->answer(std::move(reply));
+  return info;
 }
 
 double Service::checked_seconds(double seconds, const char* field) {

@@ -5,6 +5,7 @@
 #include <future>
 
 #include "server/log/log.h"
+#include "server/service/metrics.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -26,12 +27,20 @@ Server::Server(ServerOptions options, const MakeKinds& make_kinds,
                         },
                         [this](const std::string& client) { service_.gone(client); },
                         [this](const std::string& client) { service_.disconnected(client); }});
+  hub_.phase.store(Phase::kReady);
   if (gateway_) gateway_->start();
 }
 
 void Server::open_gateway(web::Options options) {
   options.message_bytes = hub_.options.transport.message_bytes;
-  gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters);
+  web::Probes probes;
+  probes.not_ready = [this] { return service_.not_ready(); };
+  probes.metrics = [this] {
+    proto::GetServerInfoResponse info = service_.info();
+    service_.describe_status(*info.mutable_status());
+    return metrics_text(info);
+  };
+  gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters, probes);
   hub_.web = {gateway_->url(), gateway_->token()};
 }
 
@@ -122,6 +131,7 @@ Server::Ending Server::shut_down() {
   const auto begin = Clock::now();
   const auto deadline = begin + hub_.options.grace;
   log::info("shutting down");
+  hub_.phase.store(Phase::kDraining);
   hub_.stopping.store(true);
   bool clean = true;
   // Twice: a session that was being opened appears only with the answer to its request.

@@ -41,6 +41,13 @@ class Service {
 
   [[nodiscard]] SessionRegistry& sessions() { return sessions_; }
 
+  // Any thread:
+  /// Without token and `status`.
+  [[nodiscard]] proto::GetServerInfoResponse info() const;
+  void describe_status(proto::ServerStatus& status) const;
+  /// Why nobody should come now, a sentence each; empty: it is ready.
+  [[nodiscard]] std::vector<std::string> not_ready() const;
+
  private:
   using Request = proto::Request;
 
@@ -124,7 +131,9 @@ class Service {
   proto::GetSampleResponse get_sample(const proto::GetSampleRequest& request) const;
 
   // handlers_server.cpp
-  void server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const;
+  void server_info(const proto::GetServerInfoRequest& request, const SharedTicket& ticket) const;
+  // server_status.cpp
+  [[nodiscard]] std::vector<std::string> faults() const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);

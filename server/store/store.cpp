@@ -294,7 +294,7 @@ Store::Counts Store::counts() const {
   log += "-wal";
   const std::uint64_t bytes = size_of(file) + size_of(log);
   const std::lock_guard lock(mutex_);
-  return {bytes, commits_, changes_};
+  return {bytes, commits_, changes_, options_.durability == Durability::kPower ? commits_ : 0};
 }
 
 }  // namespace limber::server::store

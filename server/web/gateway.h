@@ -5,6 +5,7 @@
 
 #include "server/transport/transport.h"
 #include "server/web/options.h"
+#include "server/web/probes.h"
 
 namespace limber::server::web {
 
@@ -13,7 +14,7 @@ namespace limber::server::web {
 class Gateway {
  public:
   /// Binds. @throws Refusal or Error{kIo} naming the option
-  Gateway(const Options& options, Transport& transport, Counters& counters);
+  Gateway(const Options& options, Transport& transport, Counters& counters, Probes probes = {});
   ~Gateway();
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
