@@ -155,7 +155,9 @@ void Record::note_state(session::State state, const std::string& message) {
     attached = is_attached();
     cancelled = std::exchange(build_cancelled_, false);
   }
-  log::info("session {} {}{}{}", id(), proto::SessionState_Name(encode_state(state)),
+  log::info(log::Fields{{"session", id()},
+                        {"error", state == session::State::kFailed ? message : std::string()}},
+            "session {} {}{}{}", id(), proto::SessionState_Name(encode_state(state)),
             message.empty() ? "" : ": ", message);
   if (state == session::State::kFailed) {
     const Error fault(ErrorCode::kFailedPrecondition, "",
@@ -205,7 +207,8 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
   const auto add = [&](std::uint64_t number, const proto::EditRequest& edits,
                        const std::string& by) {
     if (edits.edits_size() == 0) {  // a gap is named when the session comes back
-      log::error("revision {} of session {} cannot be stored: its edits are not known", number,
+      log::error(log::Fields{{"session", id()}},
+                 "revision {} of session {} cannot be stored: its edits are not known", number,
                  id());
       return;
     }
@@ -267,7 +270,8 @@ void Record::keep_answer() {
     if (bytes.size() > kLarge) next_answer_ = now + kLargeInterval;
     hub_.store->keep_answer(key_.uid, std::move(bytes));
   } catch (const std::exception& fault) {  // closed meanwhile
-    log::debug("the answer of session {} is not stored: {}", id(), fault.what());
+    log::debug(log::Fields{{"session", id()}, {"error", fault.what()}},
+               "the answer of session {} is not stored: {}", id(), fault.what());
   }
 }
 

@@ -156,7 +156,8 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
     throw not_brought_back(parked.key, fault);
   }
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
-  log::info("session {} is back after {:.1f} ms", parked.key.name, took.count());
+  log::info(log::Fields{{"session", parked.key.name}}, "session {} is back after {:.1f} ms",
+            parked.key.name, took.count());
 }
 
 std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
@@ -216,7 +217,8 @@ void KeptSessions::put(const std::shared_ptr<Record>& record) {
 void KeptSessions::give_way(Record& record) {
   try {
     record.close();
-    log::info("session {} gave its place to another", record.id());
+    log::info(log::Fields{{"session", record.id()}}, "session {} gave its place to another",
+              record.id());
   } catch (const std::exception& fault) {  // a client was quicker
     log::debug("closing {}: {}", record.id(), fault.what());
   }

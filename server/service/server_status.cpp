@@ -58,6 +58,13 @@ std::vector<std::string> Service::not_ready() const {
   return reasons;
 }
 
+void Service::set_limits(const ServiceLimits& limits) {
+  hub_.options.limits = limits;
+  scenes_.limits = limits;
+  sessions_.set_limit(limits.sessions);
+  hub_.jobs.set_limit(limits.jobs);
+}
+
 void Service::describe_status(proto::ServerStatus& status) const {
   status.set_phase(encode(hub_.phase.load()));
   for (auto& reason : not_ready()) status.add_not_ready(std::move(reason));

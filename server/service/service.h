@@ -47,6 +47,8 @@ class Service {
   void describe_status(proto::ServerStatus& status) const;
   /// Why nobody should come now, a sentence each; empty: it is ready.
   [[nodiscard]] std::vector<std::string> not_ready() const;
+  /// From now on; what is open or runs stays.
+  void set_limits(const ServiceLimits& limits);
 
  private:
   using Request = proto::Request;
@@ -146,7 +148,7 @@ class Service {
 
   Hub& hub_;
   const Kinds kinds_;
-  const SceneContext scenes_;
+  SceneContext scenes_;
   std::function<void()> request_stop_;
   SessionRegistry sessions_;
   KeptSessions kept_;

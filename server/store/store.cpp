@@ -222,7 +222,8 @@ void Store::note_written(std::size_t changes) {
 
 void Store::note_fault(const std::string& fault) {
   const std::lock_guard lock(mutex_);
-  if (fault != fault_) log::error("changes of sessions cannot be stored: {}", fault);
+  if (fault != fault_)
+    log::error(log::Fields{{"error", fault}}, "changes of sessions cannot be stored: {}", fault);
   fault_ = fault;
 }
 

@@ -141,6 +141,8 @@ void Gateway::start() {
   });
 }
 
+void Gateway::call(std::function<void()> task) { asio::post(inside_->site.io, std::move(task)); }
+
 void Gateway::stop() {
   if (!inside_->thread.joinable()) return;
   asio::post(inside_->site.io, [inside = inside_.get()] { inside->finish(); });

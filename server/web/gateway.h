@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -23,6 +24,8 @@ class Gateway {
   /// Sends what waits and closes the connections, within half a second. After the transport was
   /// stopped. Idempotent.
   void stop();
+  /// On the gateway's thread, in turn. Not where it stops before. Any thread.
+  void call(std::function<void()> task);
 
   /// http://HOST:PORT
   [[nodiscard]] const std::string& url() const { return url_; }
