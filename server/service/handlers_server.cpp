@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "server/service/service.h"
+#include "server/store/counted_syncs.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -55,6 +56,9 @@ proto::GetServerInfoResponse Service::info() const {
   out["open_requests"] = hub_.open_requests.total();
   if (hub_.store) {
     const auto counts = hub_.store->counts();
+    const auto syncs = store::Syncs::now();
+    out["store_syncs"] = syncs.count;
+    out["store_sync_us"] = static_cast<std::uint64_t>(syncs.seconds * 1e6);
     auto& store = *info.mutable_store();
     store.set_parked(static_cast<std::uint32_t>(sessions_.all_parked().size()));
     store.set_sessions(store.parked() + static_cast<std::uint32_t>(sessions_.all().size()));

@@ -146,7 +146,12 @@ void add_acknowledgements(Families& out, const proto::LatencyHistogram& latencie
       .metric.push_back(std::move(metric));
 }
 
-void add_store(Families& out, const proto::StoreInfo& store) {
+void add_store(Families& out, const proto::GetServerInfoResponse& info) {
+  const auto& store = info.store();
+  out.counter("store_syncs_total", "Syncs of the store's files to the disk (fsync).",
+              count_of(info, "store_syncs"));
+  out.counter("store_sync_seconds_total", "Time that these took.",
+              static_cast<double>(count_of(info, "store_sync_us")) * 1e-6);
   out.counter("store_transactions_total", "Transactions of the store.", store.commits());
   out.counter("store_synced_transactions_total",
               "Transactions that were synced to the disk before they were acknowledged.",
@@ -176,7 +181,7 @@ std::string metrics_text(const proto::GetServerInfoResponse& info) {
   add_requests(out, info);
   add_queues(out, info.status().queues());
   add_acknowledgements(out, info.status().acknowledgements());
-  if (info.has_store()) add_store(out, info.store());
+  if (info.has_store()) add_store(out, info);
   add_process(out, info.status().process());
   return out.text();
 }

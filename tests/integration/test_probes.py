@@ -74,6 +74,8 @@ def test_a_store_has_metrics_and_its_fault_is_why_the_server_is_not_ready(launch
     samples, _ = metrics_of(server)
     assert samples["limber_store_transactions_total", ()] > 0 and samples["limber_store_fault", ()] == 0
     assert samples["limber_store_synced_transactions_total", ()] > 0 and samples["limber_store_bytes", ()] > 0
+    assert samples["limber_store_syncs_total", ()] >= samples["limber_store_synced_transactions_total", ()]
+    assert samples["limber_store_sync_seconds_total", ()] > 0
     size = server.info().store.bytes
     resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
     with pytest.raises(limber.LimberError, match="stored"):
@@ -103,3 +105,15 @@ def test_the_status_is_told_where_it_is_asked_for(server):
     assert len(latencies.counts) == len(latencies.bounds_s) + 1 and sum(latencies.counts) == 1
     assert latencies.longest_s == latencies.sum_s > 0
     assert status.process.resident_bytes > 1e6 and status.process.threads > 3
+
+
+def test_a_store_that_outlives_the_process_alone_syncs_no_transaction(launch, tmp_path):
+    server = launch(*WEB, "--data", str(tmp_path / "data"), "--data-outlives", "process")
+    session = server.open(small_scene(), session="s")
+    before, _ = metrics_of(server)
+    for _ in range(5):
+        session.add(node=0, frame=5, displacement=(0, 0.01, 0))
+    after, _ = metrics_of(server)
+    assert after["limber_store_transactions_total", ()] >= before["limber_store_transactions_total", ()] + 5
+    assert after["limber_store_synced_transactions_total", ()] == 0
+    assert after["limber_store_syncs_total", ()] == before["limber_store_syncs_total", ()]

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <boost/asio/post.hpp>
+#include <functional>
+#include <future>
 #include <utility>
 #include <vector>
 
