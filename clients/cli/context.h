@@ -76,6 +76,7 @@ class DeferInterrupts {
 [[nodiscard]] client::Milliseconds milliseconds(double seconds);
 
 void add_server_commands(CLI::App& app, Context& context);
+void add_status_command(CLI::App& app, Context& context);
 void add_stored_commands(CLI::App& app, Context& context);
 void add_web_command(CLI::App& app, Context& context);
 void add_scene_commands(CLI::App& app, Context& context);

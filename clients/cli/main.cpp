@@ -61,6 +61,7 @@ int usage(const CLI::App& app, const CLI::ParseError& error) {
 void add_commands(CLI::App& app, Context& context) {
   namespace cli = limber::cli;
   cli::add_server_commands(app, context);
+  cli::add_status_command(app, context);
   cli::add_stored_commands(app, context);
   cli::add_web_command(app, context);
   cli::add_scene_commands(app, context);

@@ -8,6 +8,12 @@ v1::GetServerInfoResponse server_info(Client& client) {
   return client.call(v1::GetServerInfoRequest{});
 }
 
+v1::GetServerInfoResponse server_status(Client& client) {
+  v1::GetServerInfoRequest request;
+  request.set_with_status(true);
+  return client.call(request);
+}
+
 v1::ListSessionsResponse list_sessions(Client& client) {
   return client.call(v1::ListSessionsRequest{});
 }

@@ -11,6 +11,8 @@ namespace limber::client {
 // Requests of the server, of no session. Each may throw ClientError as Client::call.
 
 [[nodiscard]] v1::GetServerInfoResponse server_info(Client& client);
+/// With `status`: how it does, and each of its sessions.
+[[nodiscard]] v1::GetServerInfoResponse server_status(Client& client);
 [[nodiscard]] v1::ListSessionsResponse list_sessions(Client& client);
 [[nodiscard]] v1::ListJobsResponse list_jobs(Client& client);
 /// A sample's scene. @param name  empty: the names of all in its place

@@ -4,12 +4,17 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/base/numerics/sparse_cholesky.h"
+#include "server/cli/config_file.h"
 #include "server/cli/serve.h"
 #include "server/cli/tools.h"
 #include "server/log/log.h"
@@ -19,6 +24,8 @@ namespace limber::server {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kUsage = 2;  // exit code
 
 fs::path default_cache() {
   if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache == '/')
@@ -45,7 +52,7 @@ const char* licence_text() {
 
 struct CommandLine {
   ServeOptions serve;
-  log::Level level = log::Level::kInfo;
+  std::string log_level = "info", log_format = "text";
   fs::path cache = default_cache();
   bool no_cache = false;
   bool allow_shutdown = false;
@@ -53,9 +60,12 @@ struct CommandLine {
   web::Options web;  // served with --web
   std::string web_address;
   store::StoreOptions store;  // with --data
+  std::string outlives = "power";
   double retain_days = 0;
   int park_after_s = static_cast<int>(ServerOptions{}.park_after.count());
   bool web_beyond_loopback = false, web_deflate = false;
+  double drain_s = ServerOptions().drain_s;
+  bool only_check = false, only_print = false;
 };
 
 void add_sockets(CLI::App& app, CommandLine& line) {
@@ -91,6 +101,8 @@ void add_sockets(CLI::App& app, CommandLine& line) {
 
 /// What CLI11 makes of an option that is given without its value.
 constexpr const char* kNoValue = "true";
+/// Of a file: `web = false`.
+constexpr const char* kNotServed = "false";
 
 void add_web(CLI::App& app, CommandLine& line) {
   auto& web = line.web;
@@ -123,7 +135,7 @@ void add_web(CLI::App& app, CommandLine& line) {
 
 /// @throws Refusal for an option of pages without --web
 std::optional<web::Options> web_options(const CLI::App& app, const CommandLine& line) {
-  if (app.count("--web") == 0) {
+  if (app.count("--web") == 0 || line.web_address == kNotServed) {
     for (const char* name :
          {"--web-root", "--web-token-file", "--web-host", "--web-frame-ancestor",
           "--web-connections", "--web-queue-bytes", "--web-deflate", "--web-beyond-loopback"}) {
@@ -140,25 +152,34 @@ std::optional<web::Options> web_options(const CLI::App& app, const CommandLine& 
 
 void add_limits(CLI::App& app, CommandLine& line) {
   auto& limits = line.serve.server.limits;
-  const auto option = [&](const char* name, auto& value, const char* text) {
+  const auto option = [&](const char* name, std::uint64_t& value, const char* text) {
     app.add_option(name, value, text)->capture_default_str()->group("Limits");
+  };
+  const auto live = [&]<class T>(const char* name, Live<T>& value, const char* text) {
+    app.add_option_function<T>(
+           name, [&value](const T& given) { value = given; }, text)
+        ->default_str(std::to_string(T{value}))
+        ->group("Limits");
   };
   option("--max-message-bytes", line.serve.server.transport.message_bytes, "Largest message");
   option("--max-unread-bytes", line.serve.server.transport.unread_bytes,
          "Replies one client may leave unread");
   option("--max-unread-total-bytes", line.serve.server.transport.unread_total_bytes,
          "Replies all clients together may leave unread");
-  option("--max-sessions", limits.sessions, "Sessions in memory");
-  app.add_option("--max-memory-bytes", limits.memory_bytes,
-                 "Estimated memory of all sessions together; beyond it those that nobody uses are "
-                 "parked. 0: three quarters of the machine's, at least one session's")
-      ->capture_default_str()
-      ->group("Limits");
-  option("--max-tets", limits.mesh_tets, "Tets of a mesh");
-  option("--max-frames", limits.frames, "Frames of a scene");
-  option("--max-constraints", limits.constraints, "Constraints of a session");
-  option("--max-jobs", limits.jobs, "Jobs running at once, besides openings");
-  option("--max-session-bytes", limits.session_bytes, "Estimated memory of one session");
+  live("--max-sessions", limits.sessions, "Sessions in memory");
+  live("--max-memory-bytes", limits.memory_bytes,
+       "Estimated memory of all sessions together; beyond it those that nobody uses are parked. 0: "
+       "three quarters of the machine's, at least one session's");
+  live("--max-tets", limits.mesh_tets, "Tets of a mesh");
+  live("--max-frames", limits.frames, "Frames of a scene");
+  live("--max-constraints", limits.constraints, "Constraints of a session");
+  live("--max-jobs", limits.jobs, "Jobs running at once, besides openings");
+  live("--max-session-bytes", limits.session_bytes, "Estimated memory of one session");
+}
+
+/// One of some words, in any case; not listed in the help again.
+CLI::Validator one_of(std::vector<std::string> words) {
+  return CLI::Validator(CLI::IsMember(std::move(words), CLI::ignore_case)).description("");
 }
 
 void add_store(CLI::App& app, CommandLine& line) {
@@ -168,13 +189,11 @@ void add_store(CLI::App& app, CommandLine& line) {
   add("--data", line.store.folder,
       "Folder in which sessions are stored: edits are there before they are acknowledged, and "
       "come back after any end of the server. Without it sessions end with the server");
-  const std::map<std::string, store::Durability> outlives{{"power", store::Durability::kPower},
-                                                          {"process", store::Durability::kProcess}};
-  add("--data-outlives", line.store.durability,
+  add("--data-outlives", line.outlives,
       "What acknowledged edits outlive: process (kill -9) or power (synced, some ms for each "
       "group of edits)")
-      ->transform(CLI::CheckedTransformer(outlives, CLI::ignore_case).description(""))
-      ->default_str("power");
+      ->capture_default_str()
+      ->transform(one_of({"power", "process"}));
   add("--data-bytes", line.store.bytes, "Size of the store's file, at most; 0: what the disk holds")
       ->capture_default_str()
       ->transform(CLI::AsSizeValue(false));
@@ -192,8 +211,35 @@ void add_store(CLI::App& app, CommandLine& line) {
 std::optional<store::StoreOptions> store_options(const CommandLine& line) {
   if (line.store.folder.empty()) return std::nullopt;
   store::StoreOptions options = line.store;
+  options.durability =
+      line.outlives == "power" ? store::Durability::kPower : store::Durability::kProcess;
   options.retain = std::chrono::seconds(std::llround(line.retain_days * 86400));
   return options;
+}
+
+void add_operation(CLI::App& app, CommandLine& line) {
+  const auto add = [&](const char* name, auto& value, const char* text) {
+    return app.add_option(name, value, text)->capture_default_str()->group("Operation");
+  };
+  add("--log-level", line.log_level,
+      "error, warn, info, debug or off; one line per event on stderr")
+      ->transform(one_of({"error", "warn", "info", "debug", "off"}));
+  add("--log-format", line.log_format, "text, or json: one object a line, with fields for machines")
+      ->transform(one_of({"text", "json"}));
+  add("--drain-seconds", line.drain_s,
+      "Seconds that SIGTERM leaves for what is under way: edits are acknowledged and stored, new "
+      "sessions refused");
+  app.set_config("--config", "",
+                 "Read options from this file, which are written as `--print-config` prints them")
+      ->group("Operation");
+  app.add_flag("--check-config", line.only_check,
+               "Check the options, say what is wrong, and start nothing")
+      ->configurable(false)
+      ->group("Operation");
+  app.add_flag("--print-config", line.only_print,
+               "Print all options with their values as a file for --config")
+      ->configurable(false)
+      ->group("Operation");
 }
 
 void add_server_options(CLI::App& app, CommandLine& line) {
@@ -209,18 +255,20 @@ void add_server_options(CLI::App& app, CommandLine& line) {
   add_store(app, line);
   app.add_option("--cache-dir", line.cache, "Folder of built models")->capture_default_str();
   app.add_flag("--no-cache", line.no_cache, "Build every model anew");
+  add_operation(app, line);
+}
+
+log::Level level_of(const std::string& word) {
   const std::map<std::string, log::Level> levels{{"error", log::Level::kError},
                                                  {"warn", log::Level::kWarn},
                                                  {"info", log::Level::kInfo},
                                                  {"debug", log::Level::kDebug},
                                                  {"off", log::Level::kOff}};
-  app.add_option("--log-level", line.level,
-                 "error, warn, info, debug or off; one line per event on stderr")
-      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case).description(""))
-      ->default_str("info");
+  return levels.at(word);
 }
 
-int serve_command(CommandLine& line, const MakeKinds& make_kinds) {
+/// @throws Refusal or Error naming the option
+ServeOptions serve_options(const CLI::App& app, CommandLine& line) {
   auto& server = line.serve.server;
   if (!line.no_cache) server.cache_folder = line.cache;
   if (line.allow_shutdown) server.shutdown_requests = ShutdownRequests::kAllowed;
@@ -229,8 +277,15 @@ int serve_command(CommandLine& line, const MakeKinds& make_kinds) {
   }
   if (!line.curve_secret.empty())
     server.transport.curve = read_curve_setup(line.curve_secret, line.curve_allow);
+  server.store = store_options(line);
+  server.park_after = std::chrono::seconds(line.park_after_s);
+  server.drain_s = line.drain_s;
+  line.serve.web = web_options(app, line);
   line.serve.curve_allow = line.curve_allow;
-  return serve(line.serve, make_kinds);
+  line.serve.log_level = level_of(line.log_level);
+  line.serve.log_format = line.log_format == "json" ? log::Format::kJson : log::Format::kText;
+  line.serve.values = ConfigFile::values(app);
+  return line.serve;
 }
 
 /// `limber validate` becomes limberd under its own name: it is limber that the user called.
@@ -247,38 +302,82 @@ int report(const std::string& program, const std::exception& fault) {
   return 1;
 }
 
+/// The options and commands of limberd, and what was given of them.
+class Front {
+ public:
+  Front(const std::string& program, const MakeKinds& make_kinds)
+      : app_(
+            "limberd holds scenes (elastic bodies, rod linkages, beam structures) and keeps their "
+            "optimum while clients edit them.\n"
+            "Without a command it serves; the protocol is described in docs/protocol.md.",
+            program) {
+    app_.set_version_flag("--version",
+                          fmt::format("limberd {}\n{}", LIMBER_VERSION, licence_text()));
+    app_.get_formatter()->column_width(34);
+    app_.require_subcommand(0, 1);
+    app_.config_formatter(std::make_shared<ConfigFile>(app_));
+    add_server_options(app_, line_);
+    tools_.add_to(app_, make_kinds);
+  }
+  /// @throws CLI::ParseError
+  void parse(std::vector<std::string> arguments) {
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+    app_.parse(std::move(arguments));
+  }
+  [[nodiscard]] CLI::App& app() { return app_; }
+  [[nodiscard]] const CommandLine& line() const { return line_; }
+  [[nodiscard]] const ToolCommands& tools() const { return tools_; }
+  /// @throws Refusal or Error naming the option
+  [[nodiscard]] ServeOptions options() { return serve_options(app_, line_); }
+
+ private:
+  CLI::App app_;
+  CommandLine line_;
+  ToolCommands tools_;
+};
+
+int check_options(Front& front) {
+  try {
+    front.options().validate();
+  } catch (const std::exception& fault) {
+    report(front.app().get_name(), fault);
+    return kUsage;
+  }
+  fmt::print("{}: the options are sound\n", front.app().get_name());
+  return 0;
+}
+
 }  // namespace
 
 int run(int argc, char** argv, const MakeKinds& make_kinds) {
   google::protobuf::SetLogHandler(
       nullptr);  // what is wrong with a message is reported to its sender
-  CLI::App app{
-      "limberd holds scenes (elastic bodies, rod linkages, beam structures) and keeps their "
-      "optimum "
-      "while clients edit them.\n"
-      "Without a command it serves; the protocol is described in docs/protocol.md.",
-      program_name(argv[0])};
-  app.set_version_flag("--version", fmt::format("limberd {}\n{}", LIMBER_VERSION, licence_text()));
-  app.get_formatter()->column_width(34);
-  app.require_subcommand(0, 1);
-  CommandLine line;
-  add_server_options(app, line);
-  ToolCommands tools;
-  tools.add_to(app, make_kinds);
+  const std::string program = program_name(argv[0]);
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  Front front(program, make_kinds);
   try {
-    app.parse(argc, argv);
+    front.parse(arguments);
   } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : 2;
+    return front.app().exit(fault) == 0 ? 0 : kUsage;
   }
-  log::set_level(line.level);
+  if (front.line().only_check) return check_options(front);
   try {
-    if (const auto code = tools.run()) return *code;
-    line.serve.web = web_options(app, line);
-    line.serve.server.store = store_options(line);
-    line.serve.server.park_after = std::chrono::seconds(line.park_after_s);
-    return serve_command(line, make_kinds);
+    if (front.line().only_print) {
+      fmt::print("{}", front.app().config_to_str());
+      return 0;
+    }
+    log::set_level(level_of(front.line().log_level));
+    if (const auto code = front.tools().run()) return *code;
+    ServeOptions options = front.options();
+    log::set_format(options.log_format);
+    options.read_again = [program, arguments, make_kinds] {
+      Front again(program, make_kinds);
+      again.parse(arguments);
+      return again.options();
+    };
+    return serve(options, make_kinds);
   } catch (const std::exception& fault) {
-    return report(app.get_name(), fault);
+    return report(program, fault);
   }
 }
 

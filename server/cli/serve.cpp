@@ -8,14 +8,20 @@
 #include <csignal>
 #include <cstdlib>
 #include <functional>
+#include <memory>
 
 #include "engine/base/error.h"
+#include "server/cli/reload.h"
+#include "server/cli/service_manager.h"
+#include "server/cli/watchdog.h"
 #include "server/log/log.h"
 #include "server/service/server.h"
-#include "server/transport/curve.h"
+#include "server/web/token.h"
 
 namespace limber::server {
 namespace {
+
+constexpr const char* kServing = "Serving";
 
 std::string json_string(const std::string& text) {
   std::string out = "\"";
@@ -56,10 +62,8 @@ void write_ready_file(const std::filesystem::path& path, const Server& server) {
 
 class Signals {
  public:
-  Signals(Server& server, std::filesystem::path curve_allow)
-      : server_(server),
-        curve_allow_(std::move(curve_allow)),
-        set_(server.control(), SIGINT, SIGTERM, SIGHUP) {
+  Signals(Server& server, const ServeOptions& options)
+      : server_(server), reload_(server, options), set_(server.control(), SIGINT, SIGTERM, SIGHUP) {
     listen();
   }
 
@@ -67,49 +71,63 @@ class Signals {
   void listen() {
     set_.async_wait([this](const boost::system::error_code& fault, int signal) {
       if (fault) return;
-      if (signal == SIGHUP) {
-        read_allowed_keys_again();
-        return listen();
-      }
-      if (++count_ > 1) {
-        log::warn("signal {} again: leaving at once", signal);
-        std::_Exit(128 + signal);
-      }
-      log::info("signal {}", signal);
-      server_.request_stop();
+      take(signal);
       listen();
     });
   }
-  /// A list that cannot be read leaves the one that is there.
-  void read_allowed_keys_again() {
-    if (curve_allow_.empty()) return log::info("SIGHUP: there is no list of keys to read again");
-    try {
-      auto keys = read_allowed_keys(curve_allow_);
-      log::info("SIGHUP: {} keys are allowed by {}", keys.size(), curve_allow_.string());
-      server_.allow(std::move(keys));
-    } catch (const Error& error) {
-      log::error("SIGHUP: the allowed keys stay as they were: {}: {}", error.field(), error.what());
+  void take(int signal) {
+    if (signal == SIGHUP) {
+      service_manager::reloading();
+      reload_();
+      return service_manager::ready(kServing);
     }
+    if (++count_ > 1) {
+      log::warn("signal {} again: leaving at once", signal);
+      std::_Exit(128 + signal);
+    }
+    log::info("signal {}", signal);
+    service_manager::stopping(signal == SIGTERM ? "Draining" : "Stopping");
+    signal == SIGTERM ? server_.request_drain() : server_.request_stop();
   }
 
   Server& server_;
-  const std::filesystem::path curve_allow_;
+  Reload reload_;
   boost::asio::signal_set set_;
   int count_ = 0;
 };
 
+/// Nothing where nobody wants to be fed.
+std::unique_ptr<Watchdog> make_watchdog(Server& server) {
+  constexpr int kLooks = 4;  // within the time of the watchdog
+  const auto time = service_manager::watchdog_time();
+  if (!time) return nullptr;
+  return std::make_unique<Watchdog>(
+      server.control(), *time / kLooks,
+      [&server](std::function<void()> done) { server.ask_loops(std::move(done)); },
+      service_manager::feed_watchdog);
+}
+
 }  // namespace
+
+void ServeOptions::validate() const {
+  server.validate();
+  if (server.store) server.store->validate();
+  if (web) web->validate();
+  if (web && !web->token_file.empty()) (void)web::read_token(web->token_file);
+}
 
 int serve(const ServeOptions& options, const MakeKinds& make_kinds) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is a full disk, not the end
   Server server(options.server, make_kinds, options.web);
-  const Signals signals(server, options.curve_allow);
+  const Signals signals(server, options);
+  const auto watchdog = make_watchdog(server);
   write_ready_file(options.ready_file, server);
   log::info("limberd {} ready: requests {}, stream {}, instance {}", LIMBER_VERSION,
             server.request_endpoint(), server.stream_endpoint(), server.instance());
   if (!server.web().url.empty())
     log::info("pages at {}; `limber web` prints the address with its token", server.web().url);
+  service_manager::ready(kServing);
   const Server::Ending ending = server.run();
   std::error_code ignored;
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file, ignored);

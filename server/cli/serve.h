@@ -1,9 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
+#include <string>
 
 #include "server/kinds/registry.h"
+#include "server/log/log.h"
 #include "server/web/options.h"
 
 namespace limber::server {
@@ -13,10 +17,19 @@ struct ServeOptions {
   std::optional<web::Options> web;    // the gateway for pages; nothing: none
   std::filesystem::path ready_file;   // written once the sockets are bound; empty: none
   std::filesystem::path curve_allow;  // read again on SIGHUP; empty: none
+  log::Level log_level = log::Level::kInfo;
+  log::Format log_format = log::Format::kText;
+  std::map<std::string, std::string> values;  // of all options by their names, as they are written
+  /// The same command line with the file of `--config` as it is by now; empty: there is no such.
+  /// @throws std::exception naming what is wrong
+  std::function<ServeOptions()> read_again;
+
+  /// @throws Refusal or Error naming the option
+  void validate() const;
 };
 
 /// Runs until SIGINT, SIGTERM or a shutdown request; a second of these signals ends the process at
-/// once. SIGHUP reads the allowed keys again.
+/// once. SIGTERM drains before. SIGHUP reads options and allowed keys again.
 /// @param make_kinds  the kinds that it has
 int serve(const ServeOptions& options, const MakeKinds& make_kinds);
 

@@ -7,26 +7,13 @@
 #include <ctime>
 #include <string>
 
+#include "server/log/json_line.h"
+
 namespace limber::server::log {
 namespace {
 
 std::atomic<Level> threshold{Level::kInfo};
-
-const char* name(Level level) noexcept {
-  switch (level) {
-    case Level::kError:
-      return "error";
-    case Level::kWarn:
-      return "warn ";
-    case Level::kInfo:
-      return "info ";
-    case Level::kDebug:
-      return "debug";
-    case Level::kOff:
-      return "off  ";
-  }
-  return "?    ";
-}
+std::atomic<Format> format_of_lines{Format::kText};
 
 std::string timestamp() {
   const auto now = std::chrono::system_clock::now();
@@ -39,6 +26,18 @@ std::string timestamp() {
                      utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec, ms);
 }
 
+std::string text_line(Level level, std::string_view text) {
+  std::string line = fmt::format("{} {:<5} ", timestamp(), level_name(level));
+  for (const char c : text) {  // text may quote what a client sent
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      fmt::format_to(std::back_inserter(line), "\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      line.push_back(c);
+    }
+  }
+  return line;
+}
+
 }  // namespace
 
 void set_level(Level level) noexcept { threshold.store(level, std::memory_order_relaxed); }
@@ -48,15 +47,14 @@ bool enabled(Level level) noexcept {
   return now != Level::kOff && static_cast<int>(level) <= static_cast<int>(now);
 }
 
-void write(Level level, std::string_view text) noexcept try {
-  std::string line = fmt::format("{} {} ", timestamp(), name(level));
-  for (const char c : text) {  // text may quote what a client sent
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      fmt::format_to(std::back_inserter(line), "\\x{:02x}", static_cast<unsigned char>(c));
-    } else {
-      line.push_back(c);
-    }
-  }
+void set_format(Format format) noexcept {
+  format_of_lines.store(format, std::memory_order_relaxed);
+}
+
+void write(Level level, std::string_view text, Fields fields) noexcept try {
+  std::string line = format_of_lines.load(std::memory_order_relaxed) == Format::kJson
+                         ? json_line(timestamp(), level, text, fields)
+                         : text_line(level, text);
   line.push_back('\n');
   // One write per line: lines of several threads do not mix, and nothing is buffered when the
   // process dies.

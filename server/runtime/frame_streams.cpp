@@ -126,7 +126,8 @@ void FrameStreams::encode_due() {
         publish_changes(changes_.begin(*newest()));
       }
     } catch (const std::exception& fault) {  // out of memory: this publication is lost
-      log::error("frames of {}: {}", session_.name, fault.what());
+      log::error(log::Fields{{"session", session_.name}, {"error", fault.what()}},
+                 "frames of {}: {}", session_.name, fault.what());
     }
   }
 }

@@ -27,9 +27,6 @@ std::uint64_t usual_memory() {
 
 ServerOptions validated(ServerOptions options) {
   options.validate();
-  auto& limits = options.limits;
-  if (limits.memory_bytes == 0)
-    limits.memory_bytes = std::max(usual_memory(), limits.session_bytes);
   return options;
 }
 
@@ -70,6 +67,11 @@ Hub::Hub(ServerOptions given)
       solve_pool(solve_threads(options)),
       session_pool(session_threads(options)),
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
+
+std::uint64_t Hub::memory_limit() const {
+  const std::uint64_t given = options.limits.memory_bytes;
+  return given > 0 ? given : std::max<std::uint64_t>(usual_memory(), options.limits.session_bytes);
+}
 
 session::Executor Hub::session_executor() {
   return [this](session::Executor::Task task, session::Urgency urgency) {

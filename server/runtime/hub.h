@@ -19,12 +19,21 @@ struct WebEntrance {
   std::string url, token;
 };
 
+/// What the server is about to do.
+enum class Phase {
+  kStarting,
+  kReady,
+  kDraining,  // it will end: new sessions are refused, what is under way gets its answer
+};
+
 /// What every part of the service shares. Outlives all sessions.
 struct Hub {
   explicit Hub(ServerOptions given);
   void publish_job(const proto::JobStatus& status);
   /// Runs tasks of sessions: what somebody edits goes before all else.
   [[nodiscard]] session::Executor session_executor();
+  /// Of all sessions together [bytes].
+  [[nodiscard]] std::uint64_t memory_limit() const;
   /// For builds and jobs: on a thread that gives way to those of the other pools.
   void post_patiently(std::function<void()> task);
 
@@ -36,6 +45,7 @@ struct Hub {
   Transport transport;
   JobRegistry jobs;
   OpenRequests open_requests;
+  std::atomic<Phase> phase{Phase::kStarting};
   std::atomic<bool> stopping{false};
   WebEntrance web;  // set before the transport starts
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();

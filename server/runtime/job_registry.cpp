@@ -35,7 +35,8 @@ JobId JobRegistry::start(const std::string& kind, const std::string& session, Ca
     if (job.is_limited) ++running_;
     on_change_(status_of(job));
   }
-  log::info("job {} started: {} {}", id, kind, session);
+  log::info(log::Fields{{"job", std::to_string(id)}, {"session", session}}, "job {} started: {} {}",
+            id, kind, session);
   return id;
 }
 
@@ -88,7 +89,10 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     forget_oldest();
     on_change_(status);
   }
-  log::info("job {} {} after {:.3f} s{}{}", id, proto::JobState_Name(status.state()),
+  log::info(log::Fields{{"job", std::to_string(id)},
+                        {"session", status.session()},
+                        {"error", status.error().message()}},
+            "job {} {} after {:.3f} s{}{}", id, proto::JobState_Name(status.state()),
             status.elapsed_s(), status.has_error() ? ": " : "", status.error().message());
   for (auto& waiter : waiters) waiter.ticket->answer(reply);
 }
@@ -174,6 +178,16 @@ void JobRegistry::publish_running() const {
   for (const auto& [id, job] : jobs_) {
     if (job.running()) on_change_(status_of(job));
   }
+}
+
+void JobRegistry::set_limit(std::uint32_t limit) {
+  const std::lock_guard lock(mutex_);
+  limit_ = limit;
+}
+
+std::uint32_t JobRegistry::running() const {
+  const std::lock_guard lock(mutex_);
+  return running_;
 }
 
 std::vector<proto::JobStatus> JobRegistry::list() const {

@@ -64,6 +64,9 @@ class JobRegistry {
   /// @throws Refusal NOT_FOUND; RESTARTED for a job of another run, as all calls with a job
   [[nodiscard]] proto::JobStatus status(JobId job) const;
   [[nodiscard]] std::vector<proto::JobStatus> list() const;
+  [[nodiscard]] std::uint32_t running() const;
+  /// From now on; jobs that run go on.
+  void set_limit(std::uint32_t limit);
   /// Publishes every running job once more, for a listener that has just come.
   void publish_running() const;
   /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old

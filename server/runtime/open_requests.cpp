@@ -20,6 +20,10 @@ std::uint64_t OpenRequests::total() const {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, total_.load()));
 }
 
+std::uint64_t OpenRequests::lasting() const {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, lasting_.load()));
+}
+
 std::uint64_t OpenRequests::of(const std::string& client) const {
   const std::lock_guard lock(mutex_);
   const auto found = by_client_.find(client);

@@ -14,6 +14,8 @@ void ServerOptions::validate() const {
   if (park_after.count() < 0) throw invalid("--park-after", "must be >= 0");
   if (limits.jobs == 0) throw invalid("--max-jobs", "must be > 0");
   if (limits.constraints == 0) throw invalid("--max-constraints", "must be > 0");
+  if (!(drain_s >= 0) || drain_s > 86'400)
+    throw invalid("--drain-seconds", "must be in [0, 86400]");
   if (limits.frames < 3) throw invalid("--max-frames", "must be >= 3");
   for (const auto& root : mesh_roots) {
     if (!std::filesystem::is_directory(root))

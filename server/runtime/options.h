@@ -6,24 +6,28 @@
 #include <optional>
 #include <vector>
 
+#include "server/runtime/live.h"
 #include "server/store/options.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
 
-/// Enforced, and named in the errors that enforce them.
+/// Enforced, and named in the errors that enforce them. May change while the server runs
+/// (Server::set_limits).
 struct ServiceLimits {
-  std::uint32_t sessions = 1000;
-  std::uint64_t mesh_tets = 500'000;
-  std::uint32_t frames = 100'000;
-  std::uint32_t constraints = 4096;          // per session
-  std::uint32_t jobs = 8;                    // running at once
-  std::uint64_t session_bytes = 8ull << 30;  // estimated before a session is built
-  std::uint64_t memory_bytes = 0;            // of all sessions together; 0: half of the machine's
-  std::uint32_t waits = 10'000;              // requests that wait for a result or a job
-  std::uint32_t client_requests = 1000;      // of one client that wait or run
-  std::uint32_t sure_requests = 64;          // of one client that may wait however many others wait
-  std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
+  Live<std::uint32_t> sessions = 1000;
+  Live<std::uint64_t> mesh_tets = 500'000;
+  Live<std::uint32_t> frames = 100'000;
+  Live<std::uint32_t> constraints = 4096;          // per session
+  Live<std::uint32_t> jobs = 8;                    // running at once, besides openings
+  Live<std::uint64_t> session_bytes = 8ull << 30;  // estimated before a session is built
+  Live<std::uint64_t> memory_bytes =
+      0;  // of all sessions together; 0: three quarters of the machine's
+  Live<std::uint32_t> waits = 10'000;          // requests that wait for a result or a job
+  Live<std::uint32_t> client_requests = 1000;  // of one client that wait or run
+  Live<std::uint32_t> sure_requests = 64;  // of one client that may wait however many others wait
+  Live<std::uint64_t> queued_request_bytes = 1ull
+                                             << 30;  // of heavy requests that wait for a thread
 };
 
 /// Whether a client may end the server by a Shutdown request. Signals always may.
@@ -41,6 +45,8 @@ struct ServerOptions {
   int session_threads = 0;  // builds and solves; 0: --max-jobs and the number of cores together
   int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
+  /// Server::request_drain(): before that, so many seconds at most for what is under way.
+  Live<double> drain_s = 10.0;
 
   /// How often the status of every session is published again: subscribers that missed the
   /// last frames of a motion learn from it that there are newer ones.

@@ -129,6 +129,13 @@ proto::SessionStatus Record::status() const {
   return status;
 }
 
+proto::SessionUse Record::use() const {
+  proto::SessionUse use = use_of(status());
+  const std::lock_guard lock(mutex_);
+  solve_times_.describe(use);
+  return use;
+}
+
 /// The jobs, in the same breath as noting what ends them: one that begins right after, when a
 /// client has the answer, is not ended by it. Called with the lock.
 std::vector<JobId> Record::take_jobs() {
@@ -205,7 +212,9 @@ void Record::note_state(session::State state, const std::string& message) {
     cancelled = std::exchange(build_cancelled_, false);
   }
   if (is_parked_.load()) return;
-  log::info("session {} {}{}{}", id(), proto::SessionState_Name(encode_state(state)),
+  log::info(log::Fields{{"session", id()},
+                        {"error", state == session::State::kFailed ? message : std::string()}},
+            "session {} {}{}{}", id(), proto::SessionState_Name(encode_state(state)),
             message.empty() ? "" : ": ", message);
   if (state == session::State::kFailed) {
     const Error fault(ErrorCode::kFailedPrecondition, "",
@@ -230,6 +239,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
   {
     const std::lock_guard lock(mutex_);
     newest_info_ = info;
+    solve_times_.note(*info);
     frames = keep();
     if (info->converged()) {
       if (open_job_) ended.push_back(*std::exchange(open_job_, std::nullopt));
@@ -254,7 +264,8 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
   std::vector<store::Change> changes;
   const auto add = [&](std::uint64_t number, const proto::EditRequest& edits, const Maker& maker) {
     if (edits.edits_size() == 0) {  // a gap is named when the session comes back
-      log::error("revision {} of session {} cannot be stored: its edits are not known", number,
+      log::error(log::Fields{{"session", id()}},
+                 "revision {} of session {} cannot be stored: its edits are not known", number,
                  id());
       return;
     }
@@ -322,7 +333,8 @@ bool Record::give_answer(std::chrono::steady_clock::time_point now) {
     hub_.store->keep_answer(key_.uid, std::move(bytes));
     return true;
   } catch (const std::exception& fault) {  // closed meanwhile
-    log::debug("the answer of session {} is not stored: {}", id(), fault.what());
+    log::debug(log::Fields{{"session", id()}, {"error", fault.what()}},
+               "the answer of session {} is not stored: {}", id(), fault.what());
     return false;
   }
 }

@@ -15,6 +15,7 @@
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
 #include "server/runtime/session_memory.h"
+#include "server/runtime/solve_times.h"
 #include "server/runtime/timers.h"
 
 namespace limber::server {
@@ -57,6 +58,8 @@ class Record : public std::enable_shared_from_this<Record> {
   /// The build failed or was cancelled, and nobody has asked for another.
   [[nodiscard]] bool failed() const;
   [[nodiscard]] proto::SessionStatus status() const;
+  /// What it takes, for those who run the server.
+  [[nodiscard]] proto::SessionUse use() const;
   [[nodiscard]] ResultWaiters& waiters() { return waiters_; }
   /// Part of the status: who changes it publishes that.
   [[nodiscard]] Attendance& attendance() { return *attendance_; }
@@ -203,6 +206,7 @@ class Record : public std::enable_shared_from_this<Record> {
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   bool is_returning_ = false;
   std::vector<std::function<void()>> for_return_;
+  SolveTimes solve_times_;
   bool build_cancelled_ = false;
   std::optional<JobId> open_job_;
   // A design that is taken is reported within the request that takes it.

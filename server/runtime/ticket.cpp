@@ -33,8 +33,10 @@ bool Ticket::answer(proto::Reply reply, Keep keep) {
   if (reply.has_error()) {
     counters_.errors.fetch_add(1, std::memory_order_relaxed);
     if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
-      log::error("internal fault: {}", reply.error().message());
+      log::error(log::Fields{{"client", std::to_string(client_number_)}, {"error", "INTERNAL"}},
+                 "internal fault: {}", reply.error().message());
   }
+  if (reply.has_edit()) counters_.acknowledgements.note(std::chrono::steady_clock::now() - begun_);
   std::string bytes = reply.SerializeAsString();
   std::shared_ptr<Ticket> repeated;
   if (replies_ != nullptr) {
@@ -49,7 +51,17 @@ bool Ticket::answer(proto::Reply reply, Keep keep) {
 void Ticket::deliver(std::string reply) {
   open_.answered(client_);
   transport_.send(std::move(address_), std::move(reply));
+  end();
+}
+
+void Ticket::note_lasting() {
+  is_lasting_ = true;
+  open_.begin_lasting();
+}
+
+void Ticket::end() {
   open_.end();
+  if (is_lasting_) open_.end_lasting();
 }
 
 void Ticket::keep_reply(StoredReplies& replies, RequestKey key, std::uint64_t hash) {
@@ -67,7 +79,7 @@ std::shared_ptr<Ticket> Ticket::abandon() {
   if (answered_.exchange(true)) return nullptr;
   counters_.dropped_replies.fetch_add(1, std::memory_order_relaxed);
   open_.answered(client_);
-  open_.end();
+  end();
   if (replies_ == nullptr) return nullptr;
   auto heir = replies_->abandon(key_);
   if (heir) heir->keep_reply(*replies_, key_, hash_);
@@ -77,7 +89,7 @@ std::shared_ptr<Ticket> Ticket::abandon() {
 void Ticket::absorb() {
   if (answered_.exchange(true)) return;
   open_.answered(client_);
-  open_.end();
+  end();
 }
 
 bool Ticket::refuse(const std::exception& fault, const std::string& prefix) {
@@ -91,7 +103,10 @@ bool Ticket::refuse_unbegun(const std::exception& fault) {
 bool Ticket::refuse(const std::exception& fault, const std::string& prefix, Keep keep) {
   proto::Reply reply;
   *reply.mutable_error() = error_to_proto(fault, prefix);
-  log::debug("request {} refused: {} {}: {}", id_, proto::ErrorCode_Name(reply.error().code()),
+  log::debug(log::Fields{{"client", std::to_string(client_number_)},
+                         {"error", proto::ErrorCode_Name(reply.error().code())},
+                         {"field", reply.error().field()}},
+             "request {} refused: {} {}: {}", id_, proto::ErrorCode_Name(reply.error().code()),
              reply.error().field(), reply.error().message());
   return answer(std::move(reply), keep);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <memory>
 #include <string>
@@ -50,6 +51,8 @@ class Ticket {
   /// How it came: by the request socket, or from a client of other ways (LocalPeer).
   enum class Way { kSocket, kLocalPeer };
   [[nodiscard]] Way way() const { return way_; }
+  /// Its request changes something. Before it is shared.
+  void note_lasting();
   /// ClientDirectory's number of its connection. Before it is shared.
   void note_client_number(std::uint64_t number) { client_number_ = number; }
   [[nodiscard]] std::uint64_t client_number() const { return client_number_; }
@@ -60,6 +63,7 @@ class Ticket {
   bool answer(proto::Reply reply, Keep keep);
   bool refuse(const std::exception& fault, const std::string& prefix, Keep keep);
   void deliver(std::string reply);
+  void end();  // nobody waits for it any more
 
   Transport& transport_;
   Counters& counters_;
@@ -70,6 +74,8 @@ class Ticket {
   std::uint64_t id_;
   std::uint64_t client_number_ = 0;
   const std::string instance_;
+  bool is_lasting_ = false;
+  const std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   StoredReplies* replies_ = nullptr;
   RequestKey key_;
   std::uint64_t hash_ = 0;

@@ -73,7 +73,8 @@ void Service::leave_all(const std::string& client) {
   if (!number) return;
   for (const auto& record : sessions_.all()) {
     if (!record->attendance().leave(*number)) continue;
-    log::debug("client {} has left session {}", *number, record->id());
+    log::debug(log::Fields{{"session", record->id()}, {"client", std::to_string(*number)}},
+               "client {} has left session {}", *number, record->id());
     record->publish_status();
   }
   for (const auto& parked : sessions_.all_parked())

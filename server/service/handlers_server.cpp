@@ -1,13 +1,24 @@
 #include <fmt/format.h>
 
 #include "server/service/service.h"
+#include "server/store/counted_syncs.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
 
-void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const {
+void Service::server_info(const proto::GetServerInfoRequest& request,
+                          const SharedTicket& ticket) const {
   proto::Reply reply;
-  auto& info = *reply.mutable_get_server_info();
+  *reply.mutable_get_server_info() = info();
+  if (request.with_status()) describe_status(*reply.mutable_get_server_info()->mutable_status());
+  // Who can ask here without it, may do all that pages may.
+  if (ticket->way() == Ticket::Way::kSocket)
+    reply.mutable_get_server_info()->set_web_token(hub_.web.token);
+  ticket->answer(std::move(reply));
+}
+
+proto::GetServerInfoResponse Service::info() const {
+  proto::GetServerInfoResponse info;
   info.set_server_version(LIMBER_VERSION);
   info.set_instance(hub_.run.instance);
   info.add_protocol_versions(1);
@@ -21,7 +32,7 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   limits->set_constraints(given.constraints);
   limits->set_jobs(given.jobs);
   limits->set_session_bytes(given.session_bytes);
-  limits->set_memory_bytes(given.memory_bytes);
+  limits->set_memory_bytes(hub_.memory_limit());
   info.set_uptime_s(
       std::chrono::duration<double>(std::chrono::steady_clock::now() - hub_.started).count());
   const auto& counters = hub_.counters;
@@ -40,6 +51,7 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   out["refused_replies"] = counters.refused_replies.load();
   out["cut_off"] = counters.cut_off.load();
   out["web_connections"] = counters.web_connections.load();
+  out["web_published"] = counters.web_published.load();
   out["web_refused"] = counters.web_refused.load();
   out["unread_bytes"] = hub_.transport.unread_bytes();
   out["open_requests"] = hub_.open_requests.total();
@@ -48,18 +60,20 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
   out["brought_back"] = counters.brought_back.load();
   if (hub_.store) {
     const auto counts = hub_.store->counts();
+    const auto syncs = store::Syncs::now();
+    out["store_syncs"] = syncs.count;
+    out["store_sync_us"] = static_cast<std::uint64_t>(syncs.seconds * 1e6);
     auto& store = *info.mutable_store();
     store.set_parked(static_cast<std::uint32_t>(sessions_.all_parked().size()));
     store.set_sessions(store.parked() + static_cast<std::uint32_t>(sessions_.all().size()));
     store.set_bytes(counts.bytes);
     store.set_commits(counts.commits);
     store.set_changes(counts.changes);
+    store.set_synced_commits(counts.synced_commits);
     store.set_fault(hub_.store->fault());
   }
   info.set_web(hub_.web.url);
-  // Who can ask here without it, may do all that pages may.
-  if (ticket->way() == Ticket::Way::kSocket) info.set_web_token(hub_.web.token);
-  ticket->answer(std::move(reply));
+  return info;
 }
 
 double Service::checked_seconds(double seconds, const char* field) {

@@ -61,7 +61,7 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
     throw;
   }
   guard.release();
-  log::info("session {} opened: {}", id, opening->size());
+  log::info(log::Fields{{"session", id}}, "session {} opened: {}", id, opening->size());
   response.set_session(id);
   response.set_uid(name->key().uid);
   response.set_kind(kind.name());
@@ -174,7 +174,8 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
   const auto name =
       sessions_.reserve(request.session().empty() ? stored.session() : request.session());
   const auto record = kept_.restore(name->key(), stored);
-  log::info("session {} restored from a file", record->id());
+  log::info(log::Fields{{"session", record->id()}}, "session {} restored from a file",
+            record->id());
   proto::Reply reply;
   auto& response = *reply.mutable_restore_session();
   response.set_session(record->id());

@@ -199,6 +199,15 @@ std::vector<HeavyRequests::Request> HeavyRequests::take_all() {
   return taken;
 }
 
+HeavyRequests::Waiting HeavyRequests::waiting() const {
+  const std::lock_guard lock(mutex_);
+  Waiting waiting{0, bytes_};
+  for (const auto& [client, line] : lines_) {
+    for (const auto& [session, queue] : line.queues) waiting.requests += queue.size();
+  }
+  return waiting;
+}
+
 HeavyRequests::Steps HeavyRequests::steps() const {
   const std::lock_guard lock(mutex_);
   return steps_;

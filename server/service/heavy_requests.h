@@ -55,6 +55,11 @@ class HeavyRequests {
   };
   [[nodiscard]] Steps steps() const;
 
+  struct Waiting {
+    std::uint64_t requests = 0, bytes = 0;
+  };
+  [[nodiscard]] Waiting waiting() const;
+
  private:
   using Queue = std::map<std::uint64_t, Request>;  // by number
 

@@ -161,7 +161,8 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
   }
   hub_.counters.brought_back.fetch_add(1, std::memory_order_relaxed);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
-  log::info("session {} is back after {:.1f} ms", parked.key.name, took.count());
+  log::info(log::Fields{{"session", parked.key.name}}, "session {} is back after {:.1f} ms",
+            parked.key.name, took.count());
 }
 
 std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
@@ -247,7 +248,8 @@ void KeptSessions::put(const std::shared_ptr<Record>& record) {
 void KeptSessions::give_way(Record& record) {
   try {
     record.close();
-    log::info("session {} gave its place to another", record.id());
+    log::info(log::Fields{{"session", record.id()}}, "session {} gave its place to another",
+              record.id());
   } catch (const std::exception& fault) {  // a client was quicker
     log::debug("closing {}: {}", record.id(), fault.what());
   }

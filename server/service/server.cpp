@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <boost/asio/post.hpp>
 #include <future>
 
 #include "server/log/log.h"
+#include "server/service/metrics.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -26,12 +28,20 @@ Server::Server(ServerOptions options, const MakeKinds& make_kinds,
                         },
                         [this](const std::string& client) { service_.gone(client); },
                         [this](const std::string& client) { service_.disconnected(client); }});
+  hub_.phase.store(Phase::kReady);
   if (gateway_) gateway_->start();
 }
 
 void Server::open_gateway(web::Options options) {
   options.message_bytes = hub_.options.transport.message_bytes;
-  gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters);
+  web::Probes probes;
+  probes.not_ready = [this] { return service_.not_ready(); };
+  probes.metrics = [this] {
+    proto::GetServerInfoResponse info = service_.info();
+    service_.describe_status(*info.mutable_status());
+    return metrics_text(info);
+  };
+  gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters, probes);
   hub_.web = {gateway_->url(), gateway_->token()};
 }
 
@@ -59,14 +69,54 @@ void Server::request_stop() {
   stop_requested_.notify_all();
 }
 
+void Server::request_drain() {
+  {
+    const std::lock_guard lock(mutex_);
+    drain_ = true;
+  }
+  stop_requested_.notify_all();
+}
+
+void Server::ask_loops(std::function<void()> done) {
+  auto then = [this, done = std::move(done)]() mutable {
+    boost::asio::post(hub_.control, std::move(done));
+  };
+  hub_.transport.call([this, then = std::move(then)]() mutable {
+    if (!gateway_) return then();
+    gateway_->call(std::move(then));
+  });
+}
+
 Server::Ending Server::run() {
   {
     std::unique_lock lock(mutex_);
-    stop_requested_.wait(lock, [this] { return stop_; });
+    stop_requested_.wait(lock, [this] { return stop_ || drain_; });
   }
+  drain();
   const Ending ending = shut_down();
   ended_ = true;
   return ending;
+}
+
+/// What changes something is acknowledged, and so written. Who waits for results does not hold it
+/// up.
+void Server::drain() {
+  const auto begin = Clock::now();
+  std::unique_lock lock(mutex_);
+  if (stop_) return;
+  hub_.phase.store(Phase::kDraining);
+  log::info("draining: no new sessions, at most {} s", static_cast<double>(hub_.options.drain_s));
+  const auto most = std::chrono::duration<double>(hub_.options.drain_s);
+  while (!stop_ && hub_.open_requests.lasting() > 0 && Clock::now() - begin < most)
+    stop_requested_.wait_for(lock, std::chrono::milliseconds(2));
+  lock.unlock();
+  const std::uint64_t left = hub_.open_requests.lasting();
+  const std::chrono::duration<double> took = Clock::now() - begin;
+  if (left > 0) {
+    log::warn("drained for {:.3f} s: {} requests are not acknowledged", took.count(), left);
+  } else {
+    log::info("drained after {:.3f} s", took.count());
+  }
 }
 
 /// Waiting clients get the true reason before the cancellations would give another.
@@ -123,6 +173,7 @@ Server::Ending Server::shut_down() {
   const auto begin = Clock::now();
   const auto deadline = begin + hub_.options.grace;
   log::info("shutting down");
+  hub_.phase.store(Phase::kDraining);
   hub_.stopping.store(true);
   bool clean = true;
   // Twice: a session that was being opened appears only with the answer to its request.
@@ -140,6 +191,7 @@ Server::Ending Server::shut_down() {
     hub_.session_pool.join();
     hub_.request_pool.join();
   }
+  if (hub_.store) hub_.store->flush();  // its end may not come, where some task is left behind
   const std::chrono::duration<double> took = Clock::now() - begin;
   if (clean) {
     log::info("stopped after {:.3f} s", took.count());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -41,6 +42,15 @@ class Server {
 
   /// Any thread, also from signals' handlers of control().
   void request_stop();
+  /// As request_stop(), once what is under way is acknowledged and stored, ServerOptions::drain_s
+  /// at most. New sessions and jobs are refused from now on.
+  void request_drain();
+  /// In place of those that it was made with, from now on. Any thread.
+  void set_limits(const ServiceLimits& limits) { service_.set_limits(limits); }
+  void set_drain(double seconds) { hub_.options.drain_s = seconds; }
+  /// Calls `done` on the thread of control() once the loops of the server have come round: those of
+  /// the sockets, of pages, and of timers. Any thread.
+  void ask_loops(std::function<void()> done);
   /// Clients' public keys in place of those that were allowed. Any thread.
   void allow(std::set<std::string> keys) { hub_.transport.allow(std::move(keys)); }
 
@@ -55,6 +65,7 @@ class Server {
   using Clock = std::chrono::steady_clock;
   void open_gateway(web::Options options);
   void republish_status();
+  void drain();
   Ending shut_down();
   void refuse_and_cancel();
   [[nodiscard]] bool close_sessions(Clock::time_point deadline);
@@ -68,7 +79,7 @@ class Server {
   std::thread control_thread_;
   std::mutex mutex_;
   std::condition_variable stop_requested_;
-  bool stop_ = false, ended_ = false;
+  bool stop_ = false, drain_ = false, ended_ = false;
 };
 
 }  // namespace limber::server

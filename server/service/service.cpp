@@ -66,6 +66,29 @@ proto::Request parse(const zmq::message_t& payload) {
   return request;
 }
 
+/// Requests that open a session or begin a job.
+bool begins_work(proto::Request::BodyCase body) {
+  using Request = proto::Request;
+  switch (body) {
+    case Request::kOpenSession:
+    case Request::kRestoreSession:
+    case Request::kSolveCold:
+    case Request::kTetrahedralize:
+    case Request::kSimulate:
+    case Request::kRecover:
+    case Request::kStartDesign:
+    case Request::kSolveBeams:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Refusal draining() {
+  return {proto::ERROR_CODE_SHUTTING_DOWN, "",
+          "the server is draining: it will end, and takes no new sessions and jobs"};
+}
+
 void check_envelope(const Address& address, const RequestPeek& peek) {
   // All but the routing id must end with an empty frame: otherwise the payload was cut into
   // several.
@@ -112,6 +135,7 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
     if (is_of_another_run && (peek.body == Request::kShutdown || !kept_.had(peek.instance)))
       throw restarted("", "");
     if (hub_.stopping.load()) throw shutting_down();
+    if (verb_of(peek.body).effect == Effect::kLasting) ticket->note_lasting();
     if (came_before(ticket, original, peek, payload)) return;
     dispatch(ticket, peek.body, std::move(payload));
   } catch (const Refusal& refusal) {
@@ -195,6 +219,8 @@ bool Service::is_light_edit(const Request& request) const {
 /// Its faults are the reply, which a repetition gets, too: something may have been done.
 void Service::carry_out(const SharedTicket& ticket, const Request& request) {
   try {
+    if (hub_.phase.load() == Phase::kDraining && begins_work(request.body_case()))
+      return static_cast<void>(ticket->refuse_unbegun(draining()));
     (this->*verb_of(request.body_case()).handle)(ticket, request);
   } catch (const ParkedMeanwhile&) {
     boost::asio::post(hub_.request_pool,

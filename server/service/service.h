@@ -44,6 +44,15 @@ class Service {
 
   [[nodiscard]] SessionRegistry& sessions() { return sessions_; }
 
+  // Any thread:
+  /// Without token and `status`.
+  [[nodiscard]] proto::GetServerInfoResponse info() const;
+  void describe_status(proto::ServerStatus& status) const;
+  /// Why nobody should come now, a sentence each; empty: it is ready.
+  [[nodiscard]] std::vector<std::string> not_ready() const;
+  /// From now on; what is open or runs stays.
+  void set_limits(const ServiceLimits& limits);
+
  private:
   using Request = proto::Request;
 
@@ -129,7 +138,9 @@ class Service {
   proto::GetSampleResponse get_sample(const proto::GetSampleRequest& request) const;
 
   // handlers_server.cpp
-  void server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const;
+  void server_info(const proto::GetServerInfoRequest& request, const SharedTicket& ticket) const;
+  // server_status.cpp
+  [[nodiscard]] std::vector<std::string> faults() const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);
@@ -142,7 +153,7 @@ class Service {
 
   Hub& hub_;
   const Kinds kinds_;
-  const SceneContext scenes_;
+  SceneContext scenes_;
   std::function<void()> request_stop_;
   SessionRegistry sessions_;
   KeptSessions kept_;

@@ -30,7 +30,7 @@ std::uint64_t SessionParking::bytes() const {
 }
 
 std::unique_ptr<SessionParking::Room> SessionParking::make_room(const SessionMemory& memory) {
-  const std::uint64_t limit = hub_.options.limits.memory_bytes;
+  const std::uint64_t limit = hub_.memory_limit();
   const std::uint64_t wanted = memory.building;
   {
     const std::lock_guard lock(mutex_);

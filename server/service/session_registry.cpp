@@ -129,6 +129,11 @@ void SessionRegistry::remove(const Record& record) {
   if (it != sessions_.end() && it->second.record.get() == &record) sessions_.erase(it);
 }
 
+void SessionRegistry::set_limit(std::uint32_t limit) {
+  const std::lock_guard lock(mutex_);
+  limit_ = limit;
+}
+
 void SessionRegistry::park(Parked parked) {
   const std::lock_guard lock(mutex_);
   const std::string name = parked.key.name;

@@ -20,7 +20,7 @@ namespace limber::server {
 class SessionRegistry {
  public:
   SessionRegistry(std::uint32_t limit, const Run& run, RunIds& ids)
-      : limit_(limit), names_of_run_(run.instance.substr(0, 8)), ids_(ids) {}
+      : names_of_run_(run.instance.substr(0, 8)), ids_(ids), limit_(limit) {}
 
   /// A name taken while its session is being made; given back unless a record is put under it.
   class Reservation {
@@ -57,6 +57,9 @@ class SessionRegistry {
   void remove(const Record& record);
   [[nodiscard]] std::vector<std::shared_ptr<Record>> all() const;
 
+  /// From now on; sessions that are there stay.
+  void set_limit(std::uint32_t limit);
+
   /// A session that is in the store alone: it has its name, but takes no place.
   struct Parked {
     SessionKey key;
@@ -86,10 +89,10 @@ class SessionRegistry {
   void release(const std::string& name);
   [[nodiscard]] Sessions::iterator oldest_failed();
 
-  const std::uint32_t limit_;
   const std::string names_of_run_;  // in names that are chosen here
   RunIds& ids_;
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // of what follows
+  std::uint32_t limit_;
   Sessions sessions_;
   std::map<std::string, Parked> parked_;
   std::set<std::uint64_t> known_;  // of sessions that were ever parked: of another run, and ours

@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include "engine/base/error.h"
+#include "server/store/counted_syncs.h"
 
 namespace limber::server::store {
 namespace {
@@ -22,7 +23,8 @@ Database::Database(const std::filesystem::path& file, Access access) : file_(fil
       access == Access::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   sqlite3* handle = nullptr;
   // A mutex of SQLite's own is not needed: one thread at a time.
-  const int code = sqlite3_open_v2(file.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int code =
+      sqlite3_open_v2(file.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, counting_vfs());
   handle_.reset(handle);
   if (code != SQLITE_OK) throw fault(file.string(), handle, code);
   sqlite3_extended_result_codes(handle, 1);

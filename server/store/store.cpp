@@ -222,7 +222,8 @@ void Store::note_written(std::size_t changes) {
 
 void Store::note_fault(const std::string& fault) {
   const std::lock_guard lock(mutex_);
-  if (fault != fault_) log::error("changes of sessions cannot be stored: {}", fault);
+  if (fault != fault_)
+    log::error(log::Fields{{"error", fault}}, "changes of sessions cannot be stored: {}", fault);
   fault_ = fault;
 }
 
@@ -294,7 +295,7 @@ Store::Counts Store::counts() const {
   log += "-wal";
   const std::uint64_t bytes = size_of(file) + size_of(log);
   const std::lock_guard lock(mutex_);
-  return {bytes, commits_, changes_};
+  return {bytes, commits_, changes_, options_.durability == Durability::kPower ? commits_ : 0};
 }
 
 }  // namespace limber::server::store

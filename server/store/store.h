@@ -64,6 +64,7 @@ class Store {
   struct Counts {
     std::uint64_t bytes = 0;  // of the file and its log
     std::uint64_t commits = 0, changes = 0;
+    std::uint64_t synced_commits = 0;  // before they were acknowledged
   };
   [[nodiscard]] Counts counts() const;
   [[nodiscard]] std::filesystem::path file() const;

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "server/transport/latencies.h"
+
 namespace limber::server {
 
 /// What has happened since the start; shown by GetServerInfo. Any thread may add.
@@ -25,6 +27,9 @@ struct Counters {
   std::atomic<std::uint64_t> cut_off{0};  // connections: too many subscriptions, key revoked
   std::atomic<std::uint64_t> web_connections{0};  // WebSockets that are open now
   std::atomic<std::uint64_t> web_refused{0};      // HTTP requests: wrong token, Host or Origin
+  std::atomic<std::uint64_t> web_published{0};    // stream messages put into queues of WebSockets
+  std::atomic<std::uint64_t> web_queue_bytes{0};  // of those that wait there now
+  Latencies acknowledgements;  // of edits: from the arrival of a request to its reply
 };
 
 }  // namespace limber::server

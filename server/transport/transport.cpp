@@ -254,6 +254,8 @@ void Transport::drain() {
     } else if (auto* event = std::get_if<LocalEvent>(&item)) {
       apply(*event);
       is_answered = true;
+    } else if (const auto* called = std::get_if<Call>(&item)) {
+      called->task();
     } else {
       apply(std::get<AllowedKeys>(item));
     }

@@ -89,6 +89,8 @@ class Transport {
   /// others are cut off.
   void allow(std::set<std::string> keys);
   [[nodiscard]] std::uint64_t unread_bytes() const { return unread_.total(); }
+  /// On the transport's thread, in turn. Not where it stops before.
+  void call(std::function<void()> task) { enqueue(Call{std::move(task)}); }
 
   // Clients that come by other ways than the two sockets. Any thread, also before start().
   /// @returns its number, by which it asks until it leaves
@@ -114,7 +116,10 @@ class Transport {
     SharedMessages messages;
     TopicSlots::Keep keep;
   };
-  using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys, LocalEvent>;
+  struct Call {
+    std::function<void()> task;
+  };
+  using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys, LocalEvent, Call>;
 
   void enqueue(Item item);
   void wake() const;

@@ -111,6 +111,8 @@ Verdict Door::judge(const Visit& visit) const {
   if (visit.method != "GET" && visit.method != "HEAD")
     return refused(405, "Files are read, by GET or HEAD.");
   if (visit.is_upgrade) return refused(404, "There is no WebSocket here.");
+  if (path == "/healthz" || path == "/readyz" || path == "/metrics")
+    return {Verdict::Way::kProbe, 200, {}, std::string(path)};
   return {Verdict::Way::kFile, 200, {}, std::string(path)};
 }
 

@@ -18,11 +18,11 @@ struct Visit {
 
 /// What is done with it.
 struct Verdict {
-  enum class Way { kFile, kRequests, kStream, kRefused };
+  enum class Way { kFile, kProbe, kRequests, kStream, kRefused };
   Way way = Way::kRefused;
   unsigned status = 400;  // of a refusal
   std::string text;       // of a refusal, a sentence for a person
-  std::string path;       // of a file, begins with /
+  std::string path;       // of a file or probe, begins with /
 };
 
 /// Who may come in, and where to.

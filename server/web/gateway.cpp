@@ -51,8 +51,9 @@ std::string url_of(const tcp::endpoint& endpoint) {
 }  // namespace
 
 struct Gateway::Inside {
-  Inside(const Options& options, Transport& transport, Counters& counters, std::string token)
-      : site(options, transport, counters, std::move(token)),
+  Inside(const Options& options, Transport& transport, Counters& counters, std::string token,
+         Probes probes)
+      : site(options, transport, counters, std::move(token), std::move(probes)),
         acceptor(site.io),
         pause(site.io),
         work(asio::make_work_guard(site.io)) {}
@@ -122,10 +123,10 @@ struct Gateway::Inside {
   std::promise<void> ended;
 };
 
-Gateway::Gateway(const Options& options, Transport& transport, Counters& counters) {
+Gateway::Gateway(const Options& options, Transport& transport, Counters& counters, Probes probes) {
   options.validate();
   token_ = options.token_file.empty() ? make_token() : read_token(options.token_file);
-  inside_ = std::make_unique<Inside>(options, transport, counters, token_);
+  inside_ = std::make_unique<Inside>(options, transport, counters, token_, std::move(probes));
   inside_->bind();
   url_ = url_of(inside_->acceptor.local_endpoint());
 }
@@ -139,6 +140,8 @@ void Gateway::start() {
     inside->ended.set_value();
   });
 }
+
+void Gateway::call(std::function<void()> task) { asio::post(inside_->site.io, std::move(task)); }
 
 void Gateway::stop() {
   if (!inside_->thread.joinable()) return;

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "server/transport/transport.h"
 #include "server/web/options.h"
+#include "server/web/probes.h"
 
 namespace limber::server::web {
 
@@ -13,7 +15,7 @@ namespace limber::server::web {
 class Gateway {
  public:
   /// Binds. @throws Refusal or Error{kIo} naming the option
-  Gateway(const Options& options, Transport& transport, Counters& counters);
+  Gateway(const Options& options, Transport& transport, Counters& counters, Probes probes = {});
   ~Gateway();
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
@@ -22,6 +24,8 @@ class Gateway {
   /// Sends what waits and closes the connections, within half a second. After the transport was
   /// stopped. Idempotent.
   void stop();
+  /// On the gateway's thread, in turn. Not where it stops before. Any thread.
+  void call(std::function<void()> task);
 
   /// http://HOST:PORT
   [[nodiscard]] const std::string& url() const { return url_; }

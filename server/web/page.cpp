@@ -121,6 +121,9 @@ void StreamPage::publish(const std::string& topic, const SharedMessages& message
     const std::uint64_t before = queue_.given_up();
     put = queue_.put(topic, messages, keep);
     counters_.replaced.fetch_add(queue_.given_up() - before, std::memory_order_relaxed);
+    if (put == StreamQueue::Put::kTaken)
+      counters_.web_published.fetch_add(messages->size(), std::memory_order_relaxed);
+    note_bytes();
   }
   if (put == StreamQueue::Put::kOverflow) {
     counters_.cut_off.fetch_add(1, std::memory_order_relaxed);
@@ -130,10 +133,17 @@ void StreamPage::publish(const std::string& topic, const SharedMessages& message
   }
 }
 
+void StreamPage::note_bytes() {
+  const std::uint64_t bytes = queue_.bytes();
+  counters_.web_queue_bytes.fetch_add(bytes - noted_bytes_, std::memory_order_relaxed);
+  noted_bytes_ = bytes;
+}
+
 std::optional<Page::Message> StreamPage::next() {
   const std::lock_guard lock(mutex_);
   auto message = queue_.take();
   if (!message) return std::nullopt;
+  note_bytes();
   std::string head(1, static_cast<char>(message->topic.size()));
   return Message{head + message->topic, *message->bytes, message->bytes};
 }

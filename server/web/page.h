@@ -94,16 +94,26 @@ class StreamPage final : public Page {
  public:
   StreamPage(Transport& transport, Counters& counters, std::uint64_t queue_bytes)
       : Page(transport), counters_(counters), queue_bytes_(queue_bytes), queue_(queue_bytes) {}
+  ~StreamPage() override {
+    counters_.web_queue_bytes.fetch_sub(noted_bytes_, std::memory_order_relaxed);
+  }
+  StreamPage(const StreamPage&) = delete;
+  StreamPage& operator=(const StreamPage&) = delete;
   std::optional<Message> next() override;
   void publish(const std::string& topic, const SharedMessages& messages,
                TopicSlots::Keep keep) override;
 
  private:
   void hand_over(std::uint64_t number, std::string message) override;
-  void clear() override { queue_.clear(); }
+  void clear() override {
+    queue_.clear();
+    note_bytes();
+  }
+  void note_bytes();  // with the lock
   Counters& counters_;
   const std::uint64_t queue_bytes_;
   StreamQueue queue_;
+  std::uint64_t noted_bytes_ = 0;  // of the queue, in the counters
 };
 
 }  // namespace limber::server::web

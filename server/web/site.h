@@ -11,6 +11,7 @@
 #include "server/web/door.h"
 #include "server/web/files.h"
 #include "server/web/options.h"
+#include "server/web/probes.h"
 
 namespace limber::server::web {
 
@@ -29,16 +30,19 @@ class Closable {
 
 /// What all connections share. The gateway's thread alone uses it.
 struct Site {
-  Site(Options given, Transport& its_transport, Counters& its_counters, std::string token)
+  Site(Options given, Transport& its_transport, Counters& its_counters, std::string token,
+       Probes its_probes)
       : options(std::move(given)),
         transport(its_transport),
         counters(its_counters),
+        probes(std::move(its_probes)),
         door(std::move(token), options.hosts),
         files(options.root) {}
 
   const Options options;
   Transport& transport;
   Counters& counters;
+  const Probes probes;
   const Door door;
   const Files files;
   std::deque<std::weak_ptr<Closable>> visitors;  // those that are no WebSockets, the oldest first

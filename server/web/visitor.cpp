@@ -3,6 +3,7 @@
 #include "server/web/visitor.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
@@ -29,6 +30,7 @@ using Fault = boost::system::error_code;
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::span_body<const char>>;
 
+constexpr const char* kPlainText = "text/plain; charset=utf-8";
 constexpr std::uint32_t kHeadBytes = 16u << 10;
 constexpr std::size_t kVisitors = 64;  // connections that are no WebSockets
 constexpr std::chrono::seconds kTimeToWrite{30}, kTimeToLinger{1};
@@ -89,6 +91,8 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
     switch (verdict.way) {
       case Verdict::Way::kFile:
         return send_file(verdict.path);
+      case Verdict::Way::kProbe:
+        return answer_probe(verdict.path);
       case Verdict::Way::kRequests:
         return become_page(PageKind::kRequests);
       case Verdict::Way::kStream:
@@ -127,9 +131,29 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
     send(std::move(response), file->bytes, file->bytes.size());
   }
 
+  void answer_probe(const std::string& path) try {
+    if (path == "/healthz") return say(200, kPlainText, "ok\n");
+    // As Prometheus wants it: https://prometheus.io/docs/instrumenting/exposition_formats/
+    if (path == "/metrics")
+      return say(200, "text/plain; version=0.0.4; charset=utf-8", site_.probes.metrics());
+    const std::vector<std::string> reasons = site_.probes.not_ready();
+    if (reasons.empty()) return say(200, kPlainText, "ready\n");
+    say(503, kPlainText, fmt::format("{}\n", fmt::join(reasons, "\n")));
+  } catch (const std::exception& fault) {
+    log::error("web: {}: {}", path, fault.what());
+    refuse(500, "It cannot be said how the server does.");
+  }
+
+  void say(unsigned status, const char* type, std::string words) {
+    Response response = make_response(status, type);
+    response.set(http::field::cache_control, "no-store");
+    owner_ = std::make_shared<const std::string>(std::move(words));
+    send(std::move(response), *owner_, owner_->size());
+  }
+
   enum class Then { kGoOn, kClose };
   void refuse(unsigned status, std::string words, Then then = Then::kGoOn) {
-    Response response = make_response(status, "text/plain; charset=utf-8");
+    Response response = make_response(status, kPlainText);
     response.set(http::field::cache_control, "no-store");
     if (status == 405) response.set(http::field::allow, "GET, HEAD");
     if (status == 426) response.set(http::field::upgrade, "websocket");

@@ -1,7 +1,10 @@
 #include "server/wire/session_values.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string>
+#include <string_view>
 
 #include "server/wire/enum_table.h"
 
@@ -18,6 +21,21 @@ constexpr EnumTable<session::State, proto::SessionState, proto::SESSION_STATE_CL
 }  // namespace
 
 proto::SessionState encode_state(session::State state) { return kSessionStates.encode(state); }
+
+proto::SessionUse use_of(const proto::SessionStatus& status) {
+  constexpr std::string_view kPrefix = "SESSION_STATE_";
+  proto::SessionUse use;
+  use.set_session(status.session());
+  use.set_uid(status.uid());
+  use.set_kind(status.kind());
+  std::string state = proto::SessionState_Name(status.state());
+  if (state.starts_with(kPrefix)) state.erase(0, kPrefix.size());
+  for (char& c : state) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  use.set_state(state);
+  use.set_people(static_cast<std::uint32_t>(status.clients_size()));
+  use.set_edits(status.revision());
+  return use;
+}
 
 proto::Progress encode_progress(const session::Progress& progress) {
   proto::Progress message;

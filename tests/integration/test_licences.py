@@ -16,15 +16,22 @@ def linked(program):
 
 def test_the_notice_names_every_library_that_is_installed():
     packages = [line.split()[0] for line in (ROOT / "packages.debian.txt").read_text().splitlines()
-                if re.match(r"lib|zlib|cppzmq|nlohmann|python3-", line)]
+                if re.match(r"lib|zlib|cppzmq|nlohmann|prometheus|python3-", line)]
     assert len(packages) > 15
     assert not [name for name in packages if name not in NOTICE]
 
 
 def test_clients_link_no_part_of_cholmod():
     assert "libzmq" in linked(launching.find_binary("limber"))
-    for library in "cholmod", "openblas", "metis":
+    for library in "cholmod", "openblas", "metis", "prometheus", "systemd":
         assert library not in linked(launching.find_binary("limber"))
+
+
+def test_what_only_the_server_needs_is_said_to_be_its():
+    for library, package in ("libprometheus-cpp-core", "prometheus-cpp-dev"), ("libsystemd", "libsystemd-dev"):
+        assert library in linked(launching.find_binary("limberd"))
+        row, = [line for line in NOTICE.splitlines() if package in line]
+        assert "`limberd`" in row
 
 
 def test_limberd_says_which_licence_it_is_under():

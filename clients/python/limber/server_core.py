@@ -44,9 +44,9 @@ class ServerCore:
         """Closes the connection. Sessions remain open."""
         self.connection.close()
 
-    def info(self) -> "service.GetServerInfoResponse":
-        """Version, limits, counters."""
-        return self.connection.call("get_server_info", service.GetServerInfoRequest())
+    def info(self, *, status: bool = False) -> "service.GetServerInfoResponse":
+        """Version, limits, counters; with status=True also how the server and each of its sessions do (`.status`)."""
+        return self.connection.call("get_server_info", service.GetServerInfoRequest(with_status=status))
 
     # ---- scenes and sessions ----
 

@@ -17,12 +17,11 @@ namespace limber::server {
 /// and for cells that are no tets.
 [[nodiscard]] inline scene::MeshReadLimits mesh_read_limits(const ServiceLimits& limits) {
   constexpr std::uint64_t kBytesOfTet = 1024, kMinBytes = 256ull << 20, kMaxBytes = 64ull << 30;
-  const std::uint64_t tets = limits.mesh_tets > 0
-                                 ? std::min(limits.mesh_tets, kMaxBytes / kBytesOfTet)
-                                 : kMaxBytes / kBytesOfTet;
+  const std::uint64_t most_tets = limits.mesh_tets, most_bytes = limits.session_bytes;
+  const std::uint64_t tets =
+      most_tets > 0 ? std::min(most_tets, kMaxBytes / kBytesOfTet) : kMaxBytes / kBytesOfTet;
   const std::uint64_t bytes = std::max(kBytesOfTet * tets, kMinBytes);
-  return {static_cast<std::size_t>(limits.session_bytes > 0 ? std::min(bytes, limits.session_bytes)
-                                                            : bytes)};
+  return {static_cast<std::size_t>(most_bytes > 0 ? std::min(bytes, most_bytes) : bytes)};
 }
 
 }  // namespace limber::server

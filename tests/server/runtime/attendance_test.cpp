@@ -8,7 +8,7 @@ namespace {
 using Clock = Attendance::Clock;
 using std::chrono::seconds;
 
-struct AttendanceTest : testing::Test {
+struct AttendanceTest : ::testing::Test {
   const Clock::time_point begin = Clock::now();
   Attendance attendance{begin};
 
