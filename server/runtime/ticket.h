@@ -50,6 +50,10 @@ class Ticket {
   /// How it came: by the request socket, or from a client of other ways (LocalPeer).
   enum class Way { kSocket, kLocalPeer };
   [[nodiscard]] Way way() const { return way_; }
+  /// What whoever asks may do.
+  [[nodiscard]] Role role() const { return role_; }
+  /// Its CURVE public key; empty without CURVE.
+  [[nodiscard]] const std::string& key() const { return curve_key_; }
   /// ClientDirectory's number of its connection. Before it is shared.
   void note_client_number(std::uint64_t number) { client_number_ = number; }
   [[nodiscard]] std::uint64_t client_number() const { return client_number_; }
@@ -66,6 +70,8 @@ class Ticket {
   OpenRequests& open_;
   const std::string client_;  // its routing id
   const Way way_;
+  const Role role_;
+  const std::string curve_key_;
   Address address_;
   std::uint64_t id_;
   std::uint64_t client_number_ = 0;

@@ -1,16 +1,40 @@
 #include <fmt/format.h>
 
+#include "server/log/log.h"
+#include "server/service/roles.h"
 #include "server/service/service.h"
 #include "server/wire/errors.h"
+#include "server/wire/version.h"
 
 namespace limber::server {
+namespace {
 
-void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket& ticket) const {
+/// Who can ask for them may do as much without them.
+void add_web_tokens(Role role, const WebEntrance& web, proto::GetServerInfoResponse& info) {
+  for (const auto& [of_page, token] : web.tokens) {
+    if (of_page > role) continue;
+    auto& message = *info.add_web_tokens();
+    message.set_role(to_proto(of_page));
+    message.set_token(token);
+    if (of_page == role) info.set_web_token(token);
+  }
+}
+
+}  // namespace
+
+void Service::server_info(const proto::GetServerInfoRequest& request,
+                          const SharedTicket& ticket) const {
+  const std::string& theirs = request.client_version();
+  constexpr std::size_t kMaxBytes = 64;
+  if (theirs.size() > kMaxBytes)
+    throw invalid("client_version",
+                  fmt::format("{} bytes, at most {} are allowed", theirs.size(), kMaxBytes));
+  if (!theirs.empty() && theirs != server_version()) log::debug("a client of version {}", theirs);
   proto::Reply reply;
   auto& info = *reply.mutable_get_server_info();
-  info.set_server_version(LIMBER_VERSION);
+  info.set_server_version(server_version());
   info.set_instance(hub_.run.instance);
-  info.add_protocol_versions(1);
+  info.add_protocol_versions(kProtocolVersion);
   info.set_stream_endpoint(hub_.transport.stream_endpoint());
   const auto& given = hub_.options.limits;
   auto* limits = info.mutable_limits();
@@ -52,9 +76,9 @@ void Service::server_info(const proto::GetServerInfoRequest&, const SharedTicket
     store.set_changes(counts.changes);
     store.set_fault(hub_.store->fault());
   }
+  info.set_role(to_proto(ticket->role()));
   info.set_web(hub_.web.url);
-  // Who can ask here without it, may do all that pages may.
-  if (ticket->way() == Ticket::Way::kSocket) info.set_web_token(hub_.web.token);
+  if (ticket->way() == Ticket::Way::kSocket) add_web_tokens(ticket->role(), hub_.web, info);
   ticket->answer(std::move(reply));
 }
 

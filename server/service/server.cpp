@@ -32,7 +32,8 @@ Server::Server(ServerOptions options, const MakeKinds& make_kinds,
 void Server::open_gateway(web::Options options) {
   options.message_bytes = hub_.options.transport.message_bytes;
   gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters);
-  hub_.web = {gateway_->url(), gateway_->token()};
+  const web::Tokens& tokens = gateway_->tokens();
+  hub_.web = {gateway_->url(), tokens.of(Role::kAdminister), tokens.all()};
 }
 
 Server::~Server() {

@@ -41,8 +41,8 @@ class Server {
 
   /// Any thread, also from signals' handlers of control().
   void request_stop();
-  /// Clients' public keys in place of those that were allowed. Any thread.
-  void allow(std::set<std::string> keys) { hub_.transport.allow(std::move(keys)); }
+  /// Clients in place of those that were allowed. Any thread.
+  void allow(AllowedKeys keys) { hub_.transport.allow(std::move(keys)); }
 
   enum class Ending {
     kClean,  // everything in flight was answered, every task has ended

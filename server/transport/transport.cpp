@@ -167,7 +167,7 @@ void Transport::send(Address address, std::string bytes) {
   enqueue(Outgoing{std::move(address), std::move(bytes), std::move(*unread)});
 }
 
-void Transport::allow(std::set<std::string> keys) { enqueue(AllowedKeys{std::move(keys)}); }
+void Transport::allow(AllowedKeys keys) { enqueue(NewKeys{std::move(keys)}); }
 
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages,
                         TopicSlots::Keep keep) {
@@ -255,7 +255,7 @@ void Transport::drain() {
       apply(*event);
       is_answered = true;
     } else {
-      apply(std::get<AllowedKeys>(item));
+      apply(std::get<NewKeys>(item));
     }
   }
   if (!slots_.empty()) flush_slots();
@@ -283,7 +283,7 @@ void Transport::end_connections(const EndedConnections& ended) {
   if (!connection->client.empty()) handlers_.on_disconnected(connection->client);
 }
 
-void Transport::apply(AllowedKeys& allowed) {
+void Transport::apply(NewKeys& allowed) {
   if (!options_.curve) return;
   options_.curve->allowed = allowed.keys;
   zap_->allow(std::move(allowed.keys));
@@ -295,6 +295,13 @@ bool Transport::is_revoked(const Peer& peer) {
   // Only of one that let the handshake be done before the list was changed.
   Connections::cut_off(peer);
   return true;
+}
+
+/// Without keys who reaches the sockets is this machine's.
+Role Transport::role_of(const Peer& peer) const {
+  if (!options_.curve) return Role::kAdminister;
+  const auto known = options_.curve->allowed.find(peer.key);
+  return known == options_.curve->allowed.end() ? Role::kView : known->second.role;
 }
 
 TopicSlots::Sent Transport::publish_now(const std::string& topic, const StreamBytes& bytes,
@@ -347,7 +354,7 @@ bool Transport::receive_request() {
   }
   const std::string client = frames.front();
   if (connections_.note_client(peer, client)) handlers_.on_disconnected(client);
-  handlers_.on_request(Address{std::move(frames), 0}, std::move(frame));
+  handlers_.on_request(Address{std::move(frames), 0, 0, role_of(peer), peer.key}, std::move(frame));
   if (connections_.note(peer) == Connections::State::kEnded) handlers_.on_disconnected(client);
   return true;
 }

@@ -51,8 +51,8 @@ std::string url_of(const tcp::endpoint& endpoint) {
 }  // namespace
 
 struct Gateway::Inside {
-  Inside(const Options& options, Transport& transport, Counters& counters, std::string token)
-      : site(options, transport, counters, std::move(token)),
+  Inside(const Options& options, Transport& transport, Counters& counters, const std::string& token)
+      : site(options, transport, counters, token),
         acceptor(site.io),
         pause(site.io),
         work(asio::make_work_guard(site.io)) {}
@@ -124,13 +124,16 @@ struct Gateway::Inside {
 
 Gateway::Gateway(const Options& options, Transport& transport, Counters& counters) {
   options.validate();
-  token_ = options.token_file.empty() ? make_token() : read_token(options.token_file);
-  inside_ = std::make_unique<Inside>(options, transport, counters, token_);
+  inside_ = std::make_unique<Inside>(
+      options, transport, counters,
+      options.token_file.empty() ? make_token() : read_token(options.token_file));
   inside_->bind();
   url_ = url_of(inside_->acceptor.local_endpoint());
 }
 
 Gateway::~Gateway() { stop(); }
+
+const Tokens& Gateway::tokens() const { return inside_->site.door.tokens(); }
 
 void Gateway::start() {
   inside_->thread = std::thread([inside = inside_.get()] {

@@ -29,11 +29,11 @@ class Closable {
 
 /// What all connections share. The gateway's thread alone uses it.
 struct Site {
-  Site(Options given, Transport& its_transport, Counters& its_counters, std::string token)
+  Site(Options given, Transport& its_transport, Counters& its_counters, const std::string& token)
       : options(std::move(given)),
         transport(its_transport),
         counters(its_counters),
-        door(std::move(token), options.hosts),
+        door(token, options.hosts),
         files(options.root) {}
 
   const Options options;
