@@ -64,9 +64,26 @@ std::vector<std::string> with_positionals_first(const std::vector<Several>& opti
   return first;
 }
 
+/// A key may begin with '-': of `allow` and `revoke` it goes behind everything else.
+void mark_key(std::vector<std::string>& arguments) {
+  constexpr std::size_t kKeyLength = 40;
+  const auto is_command = [](const std::string& word) {
+    return word == "allow" || word == "revoke";
+  };
+  const auto command = std::find_if(arguments.begin(), arguments.end(), is_command);
+  const auto key = std::find_if(command, arguments.end(), [](const std::string& word) {
+    return word.size() == kKeyLength && word[0] == '-' && word[1] != '-';
+  });
+  if (key == arguments.end()) return;
+  const std::string text = *key;
+  arguments.erase(key);
+  arguments.insert(arguments.end(), {"--", text});
+}
+
 }  // namespace
 
 std::vector<std::string> as_meant(std::vector<std::string> arguments) {
+  mark_key(arguments);
   for (auto& argument : arguments) {
     if (argument.size() > 2 && argument.starts_with("-.") && is_digit(argument[2]))
       argument.insert(argument.begin() + 1, '0');

@@ -7,6 +7,8 @@ namespace limber::cli {
 
 /// The command line as a person means it, for a parser that is more literal.
 ///
+/// A public key that begins with `-` (`limber allow -...`) is put behind `--`.
+///
 /// `-.5` becomes `-0.5`, since it would be read as an option. Options that take several values
 /// (`--node 3 4 5`, `--format pvd pc2`) end at the first word that can be none of theirs: that and
 /// the words after it, up to the next option, are moved to where positional arguments are expected,

@@ -78,6 +78,7 @@ class DeferInterrupts {
 void add_server_commands(CLI::App& app, Context& context);
 void add_status_command(CLI::App& app, Context& context);
 void add_stored_commands(CLI::App& app, Context& context);
+void add_access_commands(CLI::App& app, Context& context);
 void add_web_command(CLI::App& app, Context& context);
 void add_scene_commands(CLI::App& app, Context& context);
 void add_open_command(CLI::App& app, Context& context);

@@ -63,6 +63,7 @@ void add_commands(CLI::App& app, Context& context) {
   cli::add_server_commands(app, context);
   cli::add_status_command(app, context);
   cli::add_stored_commands(app, context);
+  cli::add_access_commands(app, context);
   cli::add_web_command(app, context);
   cli::add_scene_commands(app, context);
   cli::add_open_command(app, context);

@@ -77,6 +77,8 @@ std::string words(const std::string& enumerator, const std::string& prefix) {
   return text;
 }
 
+std::string role_words(v1::Role role) { return words(v1::Role_Name(role), "ROLE_"); }
+
 std::string state_words(const v1::SessionStatus& status) {
   const std::string state = words(v1::SessionState_Name(status.state()), "SESSION_STATE_");
   return status.result().solve_failed() ? state + ", no solution" : state;

@@ -42,6 +42,8 @@ class ProgressBar {
 
 /// A state or status in lower case: "ready" for SESSION_STATE_READY.
 [[nodiscard]] std::string words(const std::string& enumerator, const std::string& prefix);
+/// "view", "edit" or "administer".
+[[nodiscard]] std::string role_words(v1::Role role);
 /// Also where a session that is ready has found no solution.
 [[nodiscard]] std::string state_words(const v1::SessionStatus& status);
 /// How a solve ended: "converged", "stalled", "failed" where there is no solution at all.

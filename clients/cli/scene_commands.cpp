@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "clients/cli/context.h"
+#include "clients/cli/limberd.h"
 #include "clients/cpp/scene_files.h"
 #include "clients/cpp/server.h"
 
@@ -16,20 +17,6 @@ namespace limber::cli {
 namespace {
 
 using client::ClientError;
-
-/// Becomes limberd with these arguments, under the name of limber: validation, tetrahedralisation,
-/// simulation and recovery need the engine, which clients do not link.
-void become_limberd(std::vector<std::string> arguments) {
-  const std::string limberd = find_limberd();
-  arguments.insert(arguments.begin(), "limber");
-  std::vector<char*> argv;
-  argv.reserve(arguments.size() + 1);
-  for (auto& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  std::fflush(nullptr);
-  execv(limberd.c_str(), argv.data());
-  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "limberd", fmt::format("cannot run {}", limberd));
-}
 
 /// The command line is well formed: a file that is not there is refused as `open` refuses it.
 void demand_readable(const std::string& path, const char* field) {

@@ -16,8 +16,14 @@ namespace {
 using client::ClientError;
 using client::Milliseconds;
 
+/// `limber web` is asked for them.
+void hide_tokens(v1::GetServerInfoResponse& info) {
+  info.clear_web_token();
+  info.clear_web_tokens();
+}
+
 void print_started(const Context& context, v1::GetServerInfoResponse info, const char* how) {
-  info.clear_web_token();  // `limber web` is asked for it
+  hide_tokens(info);
   if (context.json)
     print_json(info);
   else
@@ -56,7 +62,7 @@ void stop(Context& context, double wait_s) {
 
 void info(Context& context) {
   auto info = client::server_info(context.client());
-  info.clear_web_token();  // `limber web` is asked for it
+  hide_tokens(info);
   if (context.json) return print_json(info);
   std::string versions;
   for (const auto version : info.protocol_versions()) versions += fmt::format(" {}", version);
@@ -64,6 +70,8 @@ void info(Context& context) {
              info.server_version(), versions, info.uptime_s(), context.endpoint,
              info.stream_endpoint(), info.instance());
   if (!info.web().empty()) fmt::print("pages     {}\n", info.web());
+  if (info.role() != v1::ROLE_UNSPECIFIED)
+    fmt::print("you may   {}\n", role_words(info.role()));
   const auto& limits = info.limits();
   Table table({"limit", "value"});
   table.add({"bytes of a message", std::to_string(limits.message_bytes())});

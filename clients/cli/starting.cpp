@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -123,7 +124,8 @@ std::filesystem::path state_folder() {
                                                     : fs::temp_directory_path();
   folder /= "limber";
   std::error_code ignored;
-  fs::create_directories(folder, ignored);
+  fs::create_directories(folder.parent_path(), ignored);
+  ::mkdir(folder.c_str(), 0700);  // tokens are kept in it
   return folder;
 }
 

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "clients/cli/context.h"
+#include "clients/cli/print.h"
 #include "clients/cli/starting.h"
 #include "clients/cpp/error.h"
 
@@ -23,6 +24,7 @@ using client::ClientError;
 struct WebOptions {
   StartOptions start;
   bool no_open = false;
+  std::string role;  // what the page may do; empty: what whoever asks may
 };
 
 #ifdef __APPLE__
@@ -86,6 +88,23 @@ std::string kept_token_file() {
   return written ? file : std::string();
 }
 
+/// @throws ClientError PERMISSION_DENIED
+std::string token_of(const v1::GetServerInfoResponse& info, const std::string& role) {
+  if (role.empty()) return info.web_token();
+  for (const auto& token : info.web_tokens()) {
+    if (role_words(token.role()) == role) return token.token();
+  }
+  if (info.role() == v1::ROLE_UNSPECIFIED)
+    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "--role",
+                      fmt::format("this server ({}) does not know roles: update the server",
+                                  info.server_version()));
+  throw ClientError(
+      v1::ERROR_CODE_PERMISSION_DENIED, "--role",
+      fmt::format("a page that may {} is shown by those who may themselves; this client has "
+                  "the role {}",
+                  role, role_words(info.role())));
+}
+
 void show_page(Context& context, WebOptions options) {
   const bool has_more = !options.start.more.empty();
   if (!hands_over(options.start, "--web")) options.start.more.emplace_back("--web");
@@ -104,7 +123,8 @@ void show_page(Context& context, WebOptions options) {
             context.endpoint));
   if (start == Start::kRunsAlready && has_more)
     fmt::print(stderr, "note: a server runs already; the options after -- are not applied\n");
-  const std::string url = fmt::format("{}/?token={}", reachable(info.web()), info.web_token());
+  const std::string url =
+      fmt::format("{}/?token={}", reachable(info.web()), token_of(info, options.role));
   if (context.json) {
     fmt::print("{{\"url\":\"{}\"}}\n", url);
   } else {
@@ -130,6 +150,10 @@ void add_web_command(CLI::App& app, Context& context) {
                              "answers",
                              "limber web --no-open -- --web 127.0.0.1:9000");
   command->add_flag("--no-open", options->no_open, "Only print it");
+  command
+      ->add_option("--role", options->role,
+                   "What the page may do: view, edit or administer (default: what you may)")
+      ->check(CLI::IsMember({"view", "edit", "administer"}));
   command->add_option("--log", options->start.log,
                       "File for what limberd prints (default: in ~/.local/state/limber)");
   command->add_option("--wait", options->start.wait_s, "Seconds to wait until it is ready")

@@ -4,6 +4,8 @@
 #include <random>
 #include <utility>
 
+#include "clients/cpp/skew.h"
+
 namespace limber::client {
 namespace {
 
@@ -117,7 +119,8 @@ void Client::abandon(std::uint64_t id) { pending_.erase(id); }
 
 void Client::refuse_kind(const char* what) {
   throw ClientError(v1::ERROR_CODE_MALFORMED, "",
-                    std::string("the answer to ") + what + " is of another kind");
+                    std::string("the answer to ") + what + " is of a kind that this client (" +
+                        client_version() + ") does not expect");
 }
 
 bool Client::wait_readable(zmq::socket_t& socket, Milliseconds timeout) const {
@@ -190,18 +193,30 @@ void Client::note_instance(const v1::Reply& reply) {
   if (!reply.instance().empty() && (is_adopted || instance_.empty())) instance_ = reply.instance();
 }
 
+namespace {
+
+/// Sent once: who greets wants to know soon that nobody is there.
+v1::GetServerInfoResponse ask_who_is_there(Client& client, std::optional<Milliseconds> timeout,
+                                           const std::string& version) {
+  v1::GetServerInfoRequest request;
+  request.set_client_version(version);
+  return client.collect<v1::GetServerInfoRequest>(client.submit(request), timeout);
+}
+
+}  // namespace
+
 v1::GetServerInfoResponse greet(Client& client, std::optional<Milliseconds> timeout) {
-  // Sent once: who greets wants to know soon that nobody is there.
-  auto info =
-      client.collect<v1::GetServerInfoRequest>(client.submit(v1::GetServerInfoRequest{}), timeout);
-  const auto& spoken = info.protocol_versions();
-  if (std::find(spoken.begin(), spoken.end(), kProtocolVersion) == spoken.end()) {
-    std::string list;
-    for (const auto version : spoken) list += (list.empty() ? "" : ", ") + std::to_string(version);
-    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "version",
-                      "limberd " + info.server_version() + " speaks protocol " + list +
-                          ", this client " + std::to_string(kProtocolVersion));
+  v1::GetServerInfoResponse info;
+  try {
+    info = ask_who_is_there(client, timeout, client_version());
+  } catch (const ClientError& error) {
+    if (!knows_no_client_version(error)) throw;
+    info = ask_who_is_there(client, timeout, "");
   }
+  const auto& spoken = info.protocol_versions();
+  if (std::find(spoken.begin(), spoken.end(), kProtocolVersion) == spoken.end())
+    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "version",
+                      other_protocol(info.server_version(), {spoken.begin(), spoken.end()}));
   return info;
 }
 

@@ -1,5 +1,7 @@
 #include "clients/cpp/curve_keys.h"
 
+#include <sys/stat.h>
+
 #include <system_error>
 
 #include "clients/cpp/files.h"
@@ -22,11 +24,36 @@ std::string read_key(const std::filesystem::path& path, const std::string& field
   return key;
 }
 
+/// What others may read is no secret.
+void demand_private(const std::filesystem::path& path, const std::string& field) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) ||
+      (status.st_mode & (S_IRWXG | S_IRWXO)) == 0)
+    return;
+  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
+                    "others than its owner may read the secret key " + path.string() +
+                        ": chmod 600 " + path.string());
+}
+
 }  // namespace
 
-CurveKeys read_curve_keys(const std::string& server, const std::filesystem::path& key_file) {
+bool is_key_file(const std::string& given) {
   std::error_code ignored;
-  const bool is_key = server.size() == kKeyLength && !std::filesystem::exists(server, ignored);
+  return std::filesystem::exists(given, ignored);
+}
+
+std::string public_key(const std::string& given, const std::string& field) {
+  if (!is_key_file(given)) {
+    if (given.size() == kKeyLength) return given;
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
+                      "'" + given + "' is neither a CURVE key (40 characters of Z85) nor a file");
+  }
+  return read_key(is_key_file(given + ".pub") ? given + ".pub" : given, field);
+}
+
+CurveKeys read_curve_keys(const std::string& server, const std::filesystem::path& key_file) {
+  const bool is_key = server.size() == kKeyLength && !is_key_file(server);
+  demand_private(key_file, "key");
   return {is_key ? server : read_key(server, "server_key"),
           read_key(key_file.string() + ".pub", "key"), read_key(key_file, "key")};
 }

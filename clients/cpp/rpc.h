@@ -55,6 +55,9 @@ LIMBER_RPC(SaveSession, save_session)
 LIMBER_RPC(RestoreSession, restore_session)
 LIMBER_RPC(JoinSession, join_session)
 LIMBER_RPC(LeaveSession, leave_session)
+LIMBER_RPC(Allow, allow)
+LIMBER_RPC(Revoke, revoke)
+LIMBER_RPC(ListAllowed, list_allowed)
 LIMBER_RPC(Shutdown, shutdown)
 #undef LIMBER_RPC
 

@@ -6,6 +6,7 @@
 
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/samples/samples.h"
+#include "server/cli/access.h"
 #include "server/cli/local_files.h"
 #include "server/cli/simulate.h"
 #include "server/kinds/beams/job_folder.h"
@@ -120,6 +121,8 @@ void ToolCommands::add_to(CLI::App& app, const MakeKinds& make_kinds) {
       [this] { chosen_ = [this] { return simulate_file(input_, output_, scene_output_); }; });
 
   add_recover(app);
+
+  add_access_commands(app, chosen_);
 
   auto* keygen = app.add_subcommand("keygen", "Make a CURVE key pair: FILE (secret) and FILE.pub");
   keygen->add_option("file", output_, "File of the secret key; must not exist")->required();

@@ -37,8 +37,9 @@ std::optional<fs::path> below(const fs::path& root, const fs::path& requested) {
 }  // namespace
 
 fs::path FileRoots::resolve(const std::string& path, const std::string& field) const {
+  if (path.find('\0') != std::string::npos)
+    throw Refusal(proto::ERROR_CODE_NOT_FOUND, field, "a path with a zero byte is none");
   for (const auto& root : roots_) {
-    if (path.find('\0') != std::string::npos) break;
     if (auto file = below(root, path)) return *file;
   }
   throw Refusal(proto::ERROR_CODE_NOT_FOUND, field,

@@ -2,6 +2,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/thread_pool.hpp>
+#include <map>
 #include <memory>
 
 #include "engine/session/core/executor.h"
@@ -16,7 +17,8 @@ namespace limber::server {
 
 /// Where pages find this server, and what they must show. Empty: it serves none.
 struct WebEntrance {
-  std::string url, token;
+  std::string url, token;              // the token of those that administer
+  std::map<Role, std::string> tokens;  // of each role
 };
 
 /// What the server is about to do.

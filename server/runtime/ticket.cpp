@@ -12,6 +12,8 @@ Ticket::Ticket(Transport& transport, Counters& counters, OpenRequests& open, Add
       open_(open),
       client_(address.envelope.front()),
       way_(address.local_peer == 0 ? Way::kSocket : Way::kLocalPeer),
+      role_(address.role),
+      curve_key_(address.key),
       address_(std::move(address)),
       id_(id),
       instance_(std::move(instance)) {

@@ -53,6 +53,10 @@ class Ticket {
   [[nodiscard]] Way way() const { return way_; }
   /// Its request changes something. Before it is shared.
   void note_lasting();
+  /// What whoever asks may do.
+  [[nodiscard]] Role role() const { return role_; }
+  /// Its CURVE public key; empty without CURVE.
+  [[nodiscard]] const std::string& key() const { return curve_key_; }
   /// ClientDirectory's number of its connection. Before it is shared.
   void note_client_number(std::uint64_t number) { client_number_ = number; }
   [[nodiscard]] std::uint64_t client_number() const { return client_number_; }
@@ -70,6 +74,8 @@ class Ticket {
   OpenRequests& open_;
   const std::string client_;  // its routing id
   const Way way_;
+  const Role role_;
+  const std::string curve_key_;
   Address address_;
   std::uint64_t id_;
   std::uint64_t client_number_ = 0;

@@ -1,27 +1,50 @@
 #include <fmt/format.h>
 
+#include "server/log/log.h"
+#include "server/service/roles.h"
 #include "server/service/service.h"
 #include "server/store/counted_syncs.h"
 #include "server/wire/errors.h"
+#include "server/wire/version.h"
 
 namespace limber::server {
+namespace {
+
+/// Who can ask for them may do as much without them.
+void add_web_tokens(Role role, const WebEntrance& web, proto::GetServerInfoResponse& info) {
+  for (const auto& [of_page, token] : web.tokens) {
+    if (of_page > role) continue;
+    auto& message = *info.add_web_tokens();
+    message.set_role(to_proto(of_page));
+    message.set_token(token);
+    if (of_page == role) info.set_web_token(token);
+  }
+}
+
+}  // namespace
 
 void Service::server_info(const proto::GetServerInfoRequest& request,
                           const SharedTicket& ticket) const {
+  const std::string& theirs = request.client_version();
+  constexpr std::size_t kMaxBytes = 64;
+  if (theirs.size() > kMaxBytes)
+    throw invalid("client_version",
+                  fmt::format("{} bytes, at most {} are allowed", theirs.size(), kMaxBytes));
+  if (!theirs.empty() && theirs != server_version()) log::debug("a client of version {}", theirs);
   proto::Reply reply;
-  *reply.mutable_get_server_info() = info();
-  if (request.with_status()) describe_status(*reply.mutable_get_server_info()->mutable_status());
-  // Who can ask here without it, may do all that pages may.
-  if (ticket->way() == Ticket::Way::kSocket)
-    reply.mutable_get_server_info()->set_web_token(hub_.web.token);
+  proto::GetServerInfoResponse& about = *reply.mutable_get_server_info();
+  about = info();
+  if (request.with_status()) describe_status(*about.mutable_status());
+  about.set_role(to_proto(ticket->role()));
+  if (ticket->way() == Ticket::Way::kSocket) add_web_tokens(ticket->role(), hub_.web, about);
   ticket->answer(std::move(reply));
 }
 
 proto::GetServerInfoResponse Service::info() const {
   proto::GetServerInfoResponse info;
-  info.set_server_version(LIMBER_VERSION);
+  info.set_server_version(server_version());
   info.set_instance(hub_.run.instance);
-  info.add_protocol_versions(1);
+  info.add_protocol_versions(kProtocolVersion);
   info.set_stream_endpoint(hub_.transport.stream_endpoint());
   const auto& given = hub_.options.limits;
   auto* limits = info.mutable_limits();

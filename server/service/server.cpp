@@ -42,7 +42,8 @@ void Server::open_gateway(web::Options options) {
     return metrics_text(info);
   };
   gateway_ = std::make_unique<web::Gateway>(options, hub_.transport, hub_.counters, probes);
-  hub_.web = {gateway_->url(), gateway_->token()};
+  const web::Tokens& tokens = gateway_->tokens();
+  hub_.web = {gateway_->url(), tokens.of(Role::kAdminister), tokens.all()};
 }
 
 Server::~Server() {

@@ -51,8 +51,8 @@ class Server {
   /// Calls `done` on the thread of control() once the loops of the server have come round: those of
   /// the sockets, of pages, and of timers. Any thread.
   void ask_loops(std::function<void()> done);
-  /// Clients' public keys in place of those that were allowed. Any thread.
-  void allow(std::set<std::string> keys) { hub_.transport.allow(std::move(keys)); }
+  /// Clients in place of those that were allowed. Any thread.
+  void allow(AllowedKeys keys) { hub_.transport.allow(std::move(keys)); }
 
   enum class Ending {
     kClean,  // everything in flight was answered, every task has ended

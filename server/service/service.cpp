@@ -9,14 +9,15 @@
 #include "limber/v1/stream.pb.h"
 #include "server/log/log.h"
 #include "server/runtime/file_roots.h"
+#include "server/service/roles.h"
 #include "server/wire/errors.h"
 #include "server/wire/peek.h"
+#include "server/wire/version.h"
 #include "server/wire/wire_check.h"
 
 namespace limber::server {
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
 constexpr std::uint64_t kLightBytes = 4 << 20;  // of what is handled on the transport's thread
 
 /// By what the client calls itself, else by its connection, proxies included.
@@ -97,11 +98,11 @@ void check_envelope(const Address& address, const RequestPeek& peek) {
         "several frames where one is expected: an empty frame must come before the message");
   }
   if (!peek.fault.empty()) throw malformed(peek.fault);
-  if (peek.version != kVersion) {
-    throw Refusal(
-        proto::ERROR_CODE_UNSUPPORTED, "version",
-        fmt::format("protocol version {}, this server speaks {}", peek.version, kVersion),
-        {{"version", std::to_string(peek.version)}, {"supported", std::to_string(kVersion)}});
+  if (peek.version != kProtocolVersion) {
+    throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "version", other_protocol(peek.version),
+                  {{"version", std::to_string(peek.version)},
+                   {"supported", std::to_string(kProtocolVersion)},
+                   {"server_version", server_version()}});
   }
 }
 
@@ -134,6 +135,7 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
     const bool is_of_another_run = !peek.instance.empty() && peek.instance != hub_.run.instance;
     if (is_of_another_run && (peek.body == Request::kShutdown || !kept_.had(peek.instance)))
       throw restarted("", "");
+    demand_role(ticket->role(), peek.body);
     if (hub_.stopping.load()) throw shutting_down();
     if (verb_of(peek.body).effect == Effect::kLasting) ticket->note_lasting();
     if (came_before(ticket, original, peek, payload)) return;
@@ -219,6 +221,7 @@ bool Service::is_light_edit(const Request& request) const {
 /// Its faults are the reply, which a repetition gets, too: something may have been done.
 void Service::carry_out(const SharedTicket& ticket, const Request& request) {
   try {
+    demand_role(ticket->role(), request.body_case());  // which may hide from handle()
     if (hub_.phase.load() == Phase::kDraining && begins_work(request.body_case()))
       return static_cast<void>(ticket->refuse_unbegun(draining()));
     (this->*verb_of(request.body_case()).handle)(ticket, request);
@@ -341,7 +344,7 @@ std::string Service::overflow_reply(const Address& address,
                                     const UnreadReplies::Excess& excess) const {
   const bool is_own = excess.of == UnreadReplies::Excess::Of::kClient;
   proto::Reply reply;
-  reply.set_version(kVersion);
+  reply.set_version(kProtocolVersion);
   reply.set_id(address.request_id);
   reply.set_instance(hub_.run.instance);
   *reply.mutable_error() = error_to_proto(Refusal(

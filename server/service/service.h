@@ -144,6 +144,12 @@ class Service {
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);
+  // handlers_access.cpp
+  proto::ListAllowedResponse list_allowed(const proto::ListAllowedRequest&) const;
+  void allow(const proto::AllowRequest& request, const SharedTicket& ticket);
+  void revoke(const proto::RevokeRequest& request, const SharedTicket& ticket);
+  void change_list(const Ticket& ticket, const std::function<void(AllowList&)>& change);
+
   // @throws Refusal LIMIT_EXCEEDED: one more that is not answered at once, of this client, of all
   void demand_room_of_client(const Ticket& ticket) const;
   void demand_room_behind(const Ticket& ticket) const;  // of requests that are soon done
@@ -159,6 +165,7 @@ class Service {
   KeptSessions kept_;
   std::atomic<bool> is_parking_{false};
   ClientDirectory clients_;
+  std::mutex list_order_;  // of changes of the list of keys
   StoredReplies replies_;
   HeavyRequests heavy_;
 };

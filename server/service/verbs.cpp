@@ -171,6 +171,13 @@ Service::Verb Service::verb_of(int body) {
               &S::reply<&Request::list_jobs, &Reply::mutable_list_jobs, &S::list_jobs>};
     case Request::kShutdown:
       return {kLight, kLasting, &S::reply_later<&Request::shutdown, &S::shut_down>};
+    case Request::kAllow:
+      return {kHeavy, kLasting, &S::reply_later<&Request::allow, &S::allow>};
+    case Request::kRevoke:
+      return {kHeavy, kLasting, &S::reply_later<&Request::revoke, &S::revoke>};
+    case Request::kListAllowed:
+      return {kHeavy, kNone,
+              &S::reply<&Request::list_allowed, &Reply::mutable_list_allowed, &S::list_allowed>};
     case Request::BODY_NOT_SET:
       break;
   }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -40,13 +41,30 @@ std::exception_ptr not_written(const std::string& fault) {
                   fault)));
 }
 
+/// What is made here is its owner's alone; a folder that is there keeps its mode.
+std::error_code make_folder(const fs::path& folder) {
+  std::error_code fault;
+  if (fs::is_directory(folder, fault)) return {};
+  const fs::path whole = fs::absolute(folder / "", fault).parent_path();  // without / behind it
+  fs::create_directories(whole.parent_path(), fault);
+  if (fault) return fault;
+  if (::mkdir(whole.c_str(), 0700) != 0) return {errno, std::generic_category()};
+  return {};
+}
+
+/// SQLite gives its log the mode of its file, and makes that as the umask has it.
+void make_file(const fs::path& file) {
+  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (made >= 0) ::close(made);  // else SQLite says why
+}
+
 }  // namespace
 
 /// The folder is this process's: two servers would write different sessions of one name.
 struct Store::Lock {
-  explicit Lock(const fs::path& folder) {
-    std::error_code fault;
-    fs::create_directories(folder, fault);
+  explicit Lock(const StoreOptions& options) {
+    const fs::path& folder = options.folder;
+    std::error_code fault = make_folder(folder);
     if (fault)
       throw Error(
           ErrorCode::kIo, "folder",
@@ -61,6 +79,7 @@ struct Store::Lock {
       throw Error(ErrorCode::kFailedPrecondition, "folder",
                   fmt::format("another server has the folder {}", folder.string()));
     }
+    make_file(options.file());
   }
   ~Lock() { ::close(descriptor); }
   Lock(const Lock&) = delete;
@@ -71,7 +90,7 @@ struct Store::Lock {
 
 Store::Store(StoreOptions options)
     : options_(validated(std::move(options))),
-      lock_(std::make_unique<Lock>(options_.folder)),
+      lock_(std::make_unique<Lock>(options_)),
       writer_(std::make_unique<Writer>(options_)),
       reader_(options_.file(), Database::Access::kRead),
       thread_([this] { write_all(); }) {}

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "server/transport/role.h"
+
 namespace limber::server {
 
 /// Where a reply goes: the frames before the request's payload, sent back as they came. The first
@@ -14,7 +16,9 @@ struct Address {
   std::uint64_t request_id =
       0;  // of the message, for replies that are made when the real one cannot be sent
   std::uint64_t local_peer =
-      0;  // its number, of a client that is no peer of the socket (LocalPeers)
+      0;                    // its number, of a client that is no peer of the socket (LocalPeers)
+  Role role = Role::kView;  // what whoever asks may do
+  std::string key{};        // its CURVE public key; empty without CURVE
 };
 
 }  // namespace limber::server

@@ -79,7 +79,7 @@ void Connections::cut_off(std::uint64_t number) const {
   }
 }
 
-std::size_t Connections::cut_off_others(const std::set<std::string>& allowed) {
+std::size_t Connections::cut_off_others(const AllowedKeys& allowed) {
   std::size_t count = 0;
   for (const auto& [file, known] : by_file_) {
     if (allowed.contains(known.peer.key)) continue;

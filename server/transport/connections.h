@@ -3,10 +3,11 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <set>
 #include <string>
 #include <unordered_map>
 #include <zmq.hpp>
+
+#include "server/transport/allow_list.h"
 
 namespace limber::server {
 
@@ -56,7 +57,7 @@ class Connections {
   /// The open one with this number, if there is one.
   void cut_off(std::uint64_t number) const;
   /// Cuts off those whose key is not allowed. @returns their number
-  std::size_t cut_off_others(const std::set<std::string>& allowed);
+  std::size_t cut_off_others(const AllowedKeys& allowed);
 
  private:
   struct Known {

@@ -6,32 +6,33 @@
 #include <unistd.h>
 #include <zmq.h>
 
+#include <algorithm>
 #include <array>
 #include <sstream>
 
 #include "engine/base/error.h"
 #include "engine/scene/formats/mesh_formats.h"
+#include "server/log/log.h"
 
 namespace limber::server {
 namespace {
 
 constexpr std::size_t kKeyLength = 40;
 
-bool is_key(std::string text) {
-  std::array<std::uint8_t, 32> raw{};
-  return text.size() == kKeyLength && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
+/// The first word of the first line.
+std::string first_word(const std::string& text) {
+  std::istringstream words(text.substr(0, text.find('\n')));
+  std::string word;
+  words >> word;
+  return word;
 }
 
-/// The first word of a line, or nothing for an empty line and a comment. '#' is a Z85 digit too: a
-/// word that is a key is one, also where it starts with '#'.
-std::string first_word(const std::string& line) {
-  constexpr const char* kBlanks = " \t\r";
-  const auto first = line.find_first_not_of(kBlanks);
-  if (first == std::string::npos) return {};
-  const auto end = line.find_first_of(kBlanks, first);
-  std::string word = line.substr(first, end == std::string::npos ? end : end - first);
-  if (is_key(word)) return word;
-  return line[first] == '#' ? std::string() : line;
+/// With those above it that are missing.
+void make_private_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (folder.empty() || std::filesystem::exists(folder, ignored)) return;
+  make_private_folder(folder.parent_path());
+  ::mkdir(folder.c_str(), 0700);  // where it cannot be made, no file can be in it
 }
 
 void write_new_file(const std::filesystem::path& path, const std::string& content, mode_t mode) {
@@ -53,16 +54,13 @@ std::string read_secret(const std::filesystem::path& path) {
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
     throw Error(
         ErrorCode::kInvalidArgument, path.string(),
-        fmt::format("a secret key may be readable by its owner only (mode {:03o}; chmod 600)",
-                    status.st_mode & 0777u));
+        fmt::format("others than its owner may read this secret key (mode {:03o}): chmod 600 {}",
+                    status.st_mode & 0777u, path.string()));
   }
-  std::istringstream in(scene::read_bytes(path));
-  std::string line;
-  std::getline(in, line);
-  line = first_word(line);
-  if (!is_key(line))
+  std::string key = first_word(scene::read_bytes(path));
+  if (!is_curve_key(key))
     throw Error(ErrorCode::kInvalidArgument, path.string(), "is not a Z85 key of 40 characters");
-  return line;
+  return key;
 }
 
 }  // namespace
@@ -76,24 +74,13 @@ CurveKeys make_curve_keys() {
 }
 
 void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys) {
+  make_private_folder(path.parent_path());
   write_new_file(path.string() + ".pub", keys.public_key + "\n", 0644);
   write_new_file(path, keys.secret_key + "\n", 0600);
 }
 
-std::set<std::string> read_allowed_keys(const std::filesystem::path& file) {
-  std::istringstream in(scene::read_bytes(file));
-  std::set<std::string> keys;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    line = first_word(line);
-    if (line.empty()) continue;
-    if (!is_key(line)) {
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("{}:{}", file.string(), number),
-                  "is not a Z85 public key of 40 characters");
-    }
-    keys.insert(line);
-  }
-  return keys;
+AllowedKeys read_allowed_keys(const std::filesystem::path& file) {
+  return read_allow_list(file).keys();
 }
 
 CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
@@ -106,6 +93,14 @@ CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
   }
   setup.server.public_key = open.data();
   setup.allowed = read_allowed_keys(allow_file);
+  setup.allow_file = allow_file;
+  const bool is_administered =
+      std::any_of(setup.allowed.begin(), setup.allowed.end(),
+                  [](const auto& entry) { return entry.second.role == Role::kAdminister; });
+  if (!is_administered) {
+    log::warn("no key in {0} administers: `limber allow KEY --role administer --file {0}`",
+              allow_file.string());
+  }
   return setup;
 }
 

@@ -2,8 +2,9 @@
 
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string>
+
+#include "server/transport/allow_list.h"
 
 namespace limber::server {
 
@@ -15,18 +16,20 @@ struct CurveKeys {
 /// What makes a socket safe beyond loopback: the server's secret and the clients that may connect.
 struct CurveSetup {
   CurveKeys server;
-  std::set<std::string> allowed;  // clients' public keys, Z85
+  AllowedKeys allowed;
+  std::filesystem::path allow_file;  // that holds them; empty: none, and they cannot be changed
 };
 
 [[nodiscard]] CurveKeys make_curve_keys();
 
-/// Writes `path` (the secret, readable by its owner only) and `path`.pub; neither may exist.
+/// Writes `path` (the secret, readable by its owner only) and `path`.pub; neither may exist. The
+/// folder is made where it is missing, for its owner only.
 /// @throws Error{kIo, kAlreadyExists}
 void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys);
 
-/// @param file  one Z85 public key per line; empty lines and lines from # on are comments
+/// @param file  see AllowList
 /// @throws Error{kIo, kInvalidArgument} naming the file and line
-[[nodiscard]] std::set<std::string> read_allowed_keys(const std::filesystem::path& file);
+[[nodiscard]] AllowedKeys read_allowed_keys(const std::filesystem::path& file);
 
 /// @param secret_file  one Z85 key; refused if others than the owner may read it
 /// @param allow_file   see read_allowed_keys()

@@ -7,28 +7,29 @@
 
 namespace limber::server {
 
-std::uint64_t Transport::join(std::shared_ptr<LocalPeer> peer) {
+std::uint64_t Transport::join(std::shared_ptr<LocalPeer> peer, Role role) {
   const std::uint64_t number = ++last_local_peer_;
-  enqueue(LocalEvent{number, LocalEvent::What::kJoins, std::move(peer), {}});
+  enqueue(LocalEvent{number, LocalEvent::What::kJoins, std::move(peer), role, {}});
   return number;
 }
 
 void Transport::ask(std::uint64_t peer, std::string payload) {
-  enqueue(LocalEvent{peer, LocalEvent::What::kAsks, nullptr, message_of(std::move(payload))});
+  enqueue(LocalEvent{peer, LocalEvent::What::kAsks, nullptr, {}, message_of(std::move(payload))});
 }
 
 void Transport::subscribe(std::uint64_t peer, std::string message) {
-  enqueue(LocalEvent{peer, LocalEvent::What::kSubscribes, nullptr, message_of(std::move(message))});
+  enqueue(
+      LocalEvent{peer, LocalEvent::What::kSubscribes, nullptr, {}, message_of(std::move(message))});
 }
 
 void Transport::leave(std::uint64_t peer) {
-  enqueue(LocalEvent{peer, LocalEvent::What::kLeaves, nullptr, {}});
+  enqueue(LocalEvent{peer, LocalEvent::What::kLeaves, nullptr, {}, {}});
 }
 
 void Transport::apply(LocalEvent& event) {
   switch (event.what) {
     case LocalEvent::What::kJoins:
-      local_peers_.add(event.number, std::move(event.peer));
+      local_peers_.add(event.number, std::move(event.peer), event.role);
       break;
     case LocalEvent::What::kAsks:
       receive_local_request(event);
@@ -49,7 +50,11 @@ void Transport::receive_local_request(LocalEvent& event) {
   if (peer == nullptr) return;
   counters_.requests.fetch_add(1, std::memory_order_relaxed);
   const std::size_t bytes = event.bytes.size();
-  handlers_.on_request(Address{{local_peers_.client_of(event.number)}, 0, event.number},
+  handlers_.on_request(Address{{local_peers_.client_of(event.number)},
+                               0,
+                               event.number,
+                               local_peers_.role_of(event.number),
+                               {}},
                        std::move(event.bytes));
   peer->taken(bytes);
 }

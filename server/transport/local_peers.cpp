@@ -19,8 +19,8 @@ std::string random_client() {
 
 }  // namespace
 
-void LocalPeers::add(std::uint64_t number, std::shared_ptr<LocalPeer> peer) {
-  peers_.insert_or_assign(number, Known{std::move(peer), random_client()});
+void LocalPeers::add(std::uint64_t number, std::shared_ptr<LocalPeer> peer, Role role) {
+  peers_.insert_or_assign(number, Known{std::move(peer), random_client(), role});
 }
 
 std::string LocalPeers::remove(std::uint64_t number) {
@@ -35,6 +35,8 @@ LocalPeer* LocalPeers::find(std::uint64_t number) const {
   const auto found = peers_.find(number);
   return found == peers_.end() ? nullptr : found->second.peer.get();
 }
+
+Role LocalPeers::role_of(std::uint64_t number) const { return peers_.at(number).role; }
 
 const std::string& LocalPeers::client_of(std::uint64_t number) const {
   return peers_.at(number).client;

@@ -7,6 +7,7 @@
 #include <vector>
 #include <zmq.hpp>
 
+#include "server/transport/role.h"
 #include "server/transport/subscriptions.h"
 #include "server/transport/topic_slots.h"
 #include "server/transport/unread_replies.h"
@@ -40,10 +41,11 @@ class LocalPeers {
   /// Connections of the sockets are numbered from 1 (ZapHandler).
   static constexpr std::uint64_t kFirstNumber = 1ull << 63;
 
-  void add(std::uint64_t number, std::shared_ptr<LocalPeer> peer);
+  void add(std::uint64_t number, std::shared_ptr<LocalPeer> peer, Role role);
   /// @returns its client (see client_of()); empty if it was not there
   std::string remove(std::uint64_t number);
   [[nodiscard]] LocalPeer* find(std::uint64_t number) const;
+  [[nodiscard]] Role role_of(std::uint64_t number) const;
   /// In the place of a routing id: random, so that no peer of the sockets can take it.
   [[nodiscard]] const std::string& client_of(std::uint64_t number) const;
   /// To all that subscribe to the topic.
@@ -54,6 +56,7 @@ class LocalPeers {
   struct Known {
     std::shared_ptr<LocalPeer> peer;
     std::string client;
+    Role role = Role::kView;
   };
   std::unordered_map<std::uint64_t, Known> peers_;
 };
@@ -64,6 +67,7 @@ struct LocalEvent {
   std::uint64_t number = 0;
   What what = What::kJoins;
   std::shared_ptr<LocalPeer> peer;  // joins
+  Role role = Role::kView;          // joins
   zmq::message_t bytes;             // asks, subscribes
 };
 

@@ -167,7 +167,7 @@ void Transport::send(Address address, std::string bytes) {
   enqueue(Outgoing{std::move(address), std::move(bytes), std::move(*unread)});
 }
 
-void Transport::allow(std::set<std::string> keys) { enqueue(AllowedKeys{std::move(keys)}); }
+void Transport::allow(AllowedKeys keys) { enqueue(NewKeys{std::move(keys)}); }
 
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages,
                         TopicSlots::Keep keep) {
@@ -257,7 +257,7 @@ void Transport::drain() {
     } else if (const auto* called = std::get_if<Call>(&item)) {
       called->task();
     } else {
-      apply(std::get<AllowedKeys>(item));
+      apply(std::get<NewKeys>(item));
     }
   }
   if (!slots_.empty()) flush_slots();
@@ -285,7 +285,7 @@ void Transport::end_connections(const EndedConnections& ended) {
   if (!connection->client.empty()) handlers_.on_disconnected(connection->client);
 }
 
-void Transport::apply(AllowedKeys& allowed) {
+void Transport::apply(NewKeys& allowed) {
   if (!options_.curve) return;
   options_.curve->allowed = allowed.keys;
   zap_->allow(std::move(allowed.keys));
@@ -297,6 +297,13 @@ bool Transport::is_revoked(const Peer& peer) {
   // Only of one that let the handshake be done before the list was changed.
   Connections::cut_off(peer);
   return true;
+}
+
+/// Without keys who reaches the sockets is this machine's.
+Role Transport::role_of(const Peer& peer) const {
+  if (!options_.curve) return Role::kAdminister;
+  const auto known = options_.curve->allowed.find(peer.key);
+  return known == options_.curve->allowed.end() ? Role::kView : known->second.role;
 }
 
 TopicSlots::Sent Transport::publish_now(const std::string& topic, const StreamBytes& bytes,
@@ -349,7 +356,7 @@ bool Transport::receive_request() {
   }
   const std::string client = frames.front();
   if (connections_.note_client(peer, client)) handlers_.on_disconnected(client);
-  handlers_.on_request(Address{std::move(frames), 0}, std::move(frame));
+  handlers_.on_request(Address{std::move(frames), 0, 0, role_of(peer), peer.key}, std::move(frame));
   if (connections_.note(peer) == Connections::State::kEnded) handlers_.on_disconnected(client);
   return true;
 }

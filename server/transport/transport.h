@@ -85,16 +85,16 @@ class Transport {
   [[nodiscard]] bool has_subscriber(std::string_view topic) const {
     return subscriptions_.has_subscriber(topic);
   }
-  /// With CURVE: these clients' public keys in place of those that were allowed. Connections of
-  /// others are cut off.
-  void allow(std::set<std::string> keys);
+  /// With CURVE: these clients in place of those that were allowed. Connections of others are cut
+  /// off before anything is sent that is handed over later.
+  void allow(AllowedKeys keys);
   [[nodiscard]] std::uint64_t unread_bytes() const { return unread_.total(); }
   /// On the transport's thread, in turn. Not where it stops before.
   void call(std::function<void()> task) { enqueue(Call{std::move(task)}); }
 
   // Clients that come by other ways than the two sockets. Any thread, also before start().
   /// @returns its number, by which it asks until it leaves
-  std::uint64_t join(std::shared_ptr<LocalPeer> peer);
+  std::uint64_t join(std::shared_ptr<LocalPeer> peer, Role role);
   /// @param payload  as a request of the request socket, without frames before it
   void ask(std::uint64_t peer, std::string payload);
   /// @param message  as from the XPUB socket: 1 or 0, then the prefix
@@ -108,8 +108,8 @@ class Transport {
     std::string bytes;
     UnreadReplies::Hold unread;
   };
-  struct AllowedKeys {
-    std::set<std::string> keys;
+  struct NewKeys {
+    AllowedKeys keys;
   };
   struct Publication {
     std::string topic;
@@ -119,7 +119,7 @@ class Transport {
   struct Call {
     std::function<void()> task;
   };
-  using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys, LocalEvent, Call>;
+  using Item = std::variant<Outgoing, Publication, EndedConnections, NewKeys, LocalEvent, Call>;
 
   void enqueue(Item item);
   void wake() const;
@@ -129,7 +129,7 @@ class Transport {
   void close_sockets();
   void send_now(Outgoing& outgoing);
   void end_connections(const EndedConnections& ended);
-  void apply(AllowedKeys& allowed);
+  void apply(NewKeys& allowed);
   void publish_now(const Publication& publication);
   void flush_slots();
   // local_events.cpp
@@ -140,6 +140,7 @@ class Transport {
   bool cut_off_local_peer(std::uint64_t number, const std::string& reason);
   /// @returns whether its key was taken off the list; it is cut off then
   bool is_revoked(const Peer& peer);
+  [[nodiscard]] Role role_of(const Peer& peer) const;
   void receive_requests();
   bool receive_request();
   void receive_subscriptions();

@@ -17,7 +17,7 @@ constexpr const char* kDomain = "limber";
 
 }  // namespace
 
-ZapHandler::ZapHandler(zmq::context_t& context, std::optional<std::set<std::string>> allowed,
+ZapHandler::ZapHandler(zmq::context_t& context, std::optional<AllowedKeys> allowed,
                        Counters& counters, OnEnd on_end)
     : context_(context),
       handler_(context, ZMQ_REP),
@@ -26,7 +26,7 @@ ZapHandler::ZapHandler(zmq::context_t& context, std::optional<std::set<std::stri
       counters_(counters),
       on_end_(std::move(on_end)),
       has_keys_(allowed.has_value()),
-      allowed_(std::move(allowed).value_or(std::set<std::string>())) {
+      allowed_(std::move(allowed).value_or(AllowedKeys())) {
   handler_.set(zmq::sockopt::linger, 0);
   handler_.bind("inproc://zeromq.zap.01");
   stopped_.bind(kStop);
@@ -62,7 +62,7 @@ void ZapHandler::start() {
   thread_ = std::thread([this] { run(); });
 }
 
-void ZapHandler::allow(std::set<std::string> allowed) {
+void ZapHandler::allow(AllowedKeys allowed) {
   const std::lock_guard lock(mutex_);
   allowed_ = std::move(allowed);
 }

@@ -5,12 +5,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 #include <zmq.hpp>
 
+#include "server/transport/allow_list.h"
 #include "server/transport/connections.h"
 #include "server/transport/counters.h"
 
@@ -25,11 +25,11 @@ namespace limber::server {
 class ZapHandler {
  public:
   using OnEnd = std::function<void(const EndedConnections&)>;
-  /// @param allowed  public keys, Z85: CURVE clients with others are answered 400, and so is who
+  /// @param allowed  CURVE clients with others are answered 400, and so is who
   ///                 has no key. Nothing: the sockets have no keys.
   /// @param on_end   called on the handler's thread
-  ZapHandler(zmq::context_t& context, std::optional<std::set<std::string>> allowed,
-             Counters& counters, OnEnd on_end);
+  ZapHandler(zmq::context_t& context, std::optional<AllowedKeys> allowed, Counters& counters,
+             OnEnd on_end);
   ~ZapHandler();
   ZapHandler(const ZapHandler&) = delete;
   ZapHandler& operator=(const ZapHandler&) = delete;
@@ -44,7 +44,7 @@ class ZapHandler {
   void start();
 
   /// In place of those that were; for handshakes that come. Any thread.
-  void allow(std::set<std::string> allowed);
+  void allow(AllowedKeys allowed);
 
  private:
   void run();
@@ -62,7 +62,7 @@ class ZapHandler {
   const bool has_keys_;
   std::uint64_t last_ = 0;    // number that was given
   mutable std::mutex mutex_;  // of what follows
-  std::set<std::string> allowed_;
+  AllowedKeys allowed_;
   std::thread thread_;
 };
 

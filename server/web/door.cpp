@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/web/token.h"
-
 namespace limber::server::web {
 namespace {
 
@@ -101,12 +99,13 @@ Verdict Door::judge(const Visit& visit) const {
   const bool is_requests = path == "/v1/requests";
   if (is_requests || path == "/v1/stream") {
     if (visit.method != "GET") return refused(405, "WebSockets are opened by GET.");
-    if (!is_same_token(query_value(visit.target, "token"), token_))
+    const auto role = tokens_.role_of(query_value(visit.target, "token"));
+    if (!role)
       return refused(401,
                      "The token is wrong or missing: `limber web` prints the address with it.");
     if (!visit.is_upgrade)
       return refused(426, "The token is right; this is the place of a WebSocket.");
-    return {is_requests ? Verdict::Way::kRequests : Verdict::Way::kStream, 101, {}, {}};
+    return {is_requests ? Verdict::Way::kRequests : Verdict::Way::kStream, 101, {}, {}, *role};
   }
   if (visit.method != "GET" && visit.method != "HEAD")
     return refused(405, "Files are read, by GET or HEAD.");

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "server/web/token.h"
+
 namespace limber::server::web {
 
 /// The head of an HTTP request, as far as it decides who is let in.
@@ -20,24 +22,27 @@ struct Visit {
 struct Verdict {
   enum class Way { kFile, kProbe, kRequests, kStream, kRefused };
   Way way = Way::kRefused;
-  unsigned status = 400;  // of a refusal
-  std::string text;       // of a refusal, a sentence for a person
-  std::string path;       // of a file or probe, begins with /
+  unsigned status = 400;    // of a refusal
+  std::string text;         // of a refusal, a sentence for a person
+  std::string path;         // of a file or probe, begins with /
+  Role role = Role::kView;  // of a page: that of its token
 };
 
 /// Who may come in, and where to.
 class Door {
  public:
+  /// @param token  of pages that administer, see Tokens
   /// @param hosts  names of this server besides its addresses
-  Door(std::string token, std::vector<std::string> hosts)
-      : token_(std::move(token)), hosts_(std::move(hosts)) {}
+  Door(const std::string& token, std::vector<std::string> hosts)
+      : tokens_(token), hosts_(std::move(hosts)) {}
 
   [[nodiscard]] Verdict judge(const Visit& visit) const;
+  [[nodiscard]] const Tokens& tokens() const { return tokens_; }
 
  private:
   [[nodiscard]] bool is_own_host(std::string_view host, std::string_view local_address) const;
 
-  const std::string token_;
+  const Tokens tokens_;
   const std::vector<std::string> hosts_;
 };
 

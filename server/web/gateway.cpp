@@ -51,9 +51,9 @@ std::string url_of(const tcp::endpoint& endpoint) {
 }  // namespace
 
 struct Gateway::Inside {
-  Inside(const Options& options, Transport& transport, Counters& counters, std::string token,
+  Inside(const Options& options, Transport& transport, Counters& counters, const std::string& token,
          Probes probes)
-      : site(options, transport, counters, std::move(token), std::move(probes)),
+      : site(options, transport, counters, token, std::move(probes)),
         acceptor(site.io),
         pause(site.io),
         work(asio::make_work_guard(site.io)) {}
@@ -125,13 +125,17 @@ struct Gateway::Inside {
 
 Gateway::Gateway(const Options& options, Transport& transport, Counters& counters, Probes probes) {
   options.validate();
-  token_ = options.token_file.empty() ? make_token() : read_token(options.token_file);
-  inside_ = std::make_unique<Inside>(options, transport, counters, token_, std::move(probes));
+  inside_ = std::make_unique<Inside>(
+      options, transport, counters,
+      options.token_file.empty() ? make_token() : read_token(options.token_file),
+      std::move(probes));
   inside_->bind();
   url_ = url_of(inside_->acceptor.local_endpoint());
 }
 
 Gateway::~Gateway() { stop(); }
+
+const Tokens& Gateway::tokens() const { return inside_->site.door.tokens(); }
 
 void Gateway::start() {
   inside_->thread = std::thread([inside = inside_.get()] {

@@ -7,6 +7,7 @@
 #include "server/transport/transport.h"
 #include "server/web/options.h"
 #include "server/web/probes.h"
+#include "server/web/token.h"
 
 namespace limber::server::web {
 
@@ -29,11 +30,11 @@ class Gateway {
 
   /// http://HOST:PORT
   [[nodiscard]] const std::string& url() const { return url_; }
-  [[nodiscard]] const std::string& token() const { return token_; }
+  [[nodiscard]] const Tokens& tokens() const;
 
  private:
   struct Inside;
-  std::string token_, url_;
+  std::string url_;
   std::unique_ptr<Inside> inside_;
 };
 

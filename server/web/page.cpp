@@ -17,7 +17,7 @@ void Page::open(std::function<void()> wake) {
     const std::lock_guard lock(mutex_);
     wake_ = std::move(wake);
   }
-  number_ = transport_.join(shared_from_this());
+  number_ = transport_.join(shared_from_this(), role_);
 }
 
 void Page::leave() {

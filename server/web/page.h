@@ -25,7 +25,8 @@ inline constexpr unsigned kGoingAway = 1001, kUnsupported = 1003, kPolicy = 1008
 /// are for the gateway's thread, those of LocalPeer for the transport's.
 class Page : public LocalPeer, public std::enable_shared_from_this<Page> {
  public:
-  explicit Page(Transport& transport) : transport_(transport) {}
+  /// @param role  what it may do
+  Page(Transport& transport, Role role) : transport_(transport), role_(role) {}
 
   /// @param wake  called on any thread, when next(), closing() or is_full() may have changed
   void open(std::function<void()> wake);
@@ -65,6 +66,7 @@ class Page : public LocalPeer, public std::enable_shared_from_this<Page> {
 
  private:
   Transport& transport_;
+  const Role role_;
   std::uint64_t number_ = 0;  // the gateway's thread
   std::function<void()> wake_;
   bool has_left_ = false;
@@ -92,8 +94,11 @@ class RequestPage final : public Page {
 /// Subscriptions up, topics and stream messages down.
 class StreamPage final : public Page {
  public:
-  StreamPage(Transport& transport, Counters& counters, std::uint64_t queue_bytes)
-      : Page(transport), counters_(counters), queue_bytes_(queue_bytes), queue_(queue_bytes) {}
+  StreamPage(Transport& transport, Role role, Counters& counters, std::uint64_t queue_bytes)
+      : Page(transport, role),
+        counters_(counters),
+        queue_bytes_(queue_bytes),
+        queue_(queue_bytes) {}
   ~StreamPage() override {
     counters_.web_queue_bytes.fetch_sub(noted_bytes_, std::memory_order_relaxed);
   }

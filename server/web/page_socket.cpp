@@ -168,12 +168,13 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
 }  // namespace
 
 void open_page(Site& site, beast::tcp_stream stream,
-               beast::http::request<beast::http::empty_body> request, PageKind kind) {
+               beast::http::request<beast::http::empty_body> request, PageKind kind, Role role) {
   std::shared_ptr<Page> page;
   if (kind == PageKind::kRequests) {
-    page = std::make_shared<RequestPage>(site.transport);
+    page = std::make_shared<RequestPage>(site.transport, role);
   } else {
-    page = std::make_shared<StreamPage>(site.transport, site.counters, site.options.queue_bytes);
+    page =
+        std::make_shared<StreamPage>(site.transport, role, site.counters, site.options.queue_bytes);
   }
   // Beyond the limit of a request there is room for an answer that says so.
   const std::uint64_t bytes =

@@ -13,7 +13,9 @@ namespace limber::server::web {
 enum class PageKind { kRequests, kStream };
 
 /// Makes a WebSocket of a connection whose request was let in. It lives until its connection ends.
+/// @param role  what the page may do
 void open_page(Site& site, boost::beast::tcp_stream stream,
-               boost::beast::http::request<boost::beast::http::empty_body> request, PageKind kind);
+               boost::beast::http::request<boost::beast::http::empty_body> request, PageKind kind,
+               Role role);
 
 }  // namespace limber::server::web

@@ -30,13 +30,13 @@ class Closable {
 
 /// What all connections share. The gateway's thread alone uses it.
 struct Site {
-  Site(Options given, Transport& its_transport, Counters& its_counters, std::string token,
+  Site(Options given, Transport& its_transport, Counters& its_counters, const std::string& token,
        Probes its_probes)
       : options(std::move(given)),
         transport(its_transport),
         counters(its_counters),
         probes(std::move(its_probes)),
-        door(std::move(token), options.hosts),
+        door(token, options.hosts),
         files(options.root) {}
 
   const Options options;

@@ -7,6 +7,10 @@
 #include <fstream>
 #include <random>
 
+#include <boost/uuid/name_generator_sha1.hpp>
+#include <boost/uuid/string_generator.hpp>
+#include <boost/uuid/uuid_io.hpp>
+
 #include "engine/base/error.h"
 
 namespace limber::server::web {
@@ -34,7 +38,7 @@ std::string read_token(const std::filesystem::path& file) {
     throw Error(ErrorCode::kIo, file.string(), "is no file that can be read");
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     throw Error(ErrorCode::kInvalidArgument, file.string(),
-                "others than its owner may read it: chmod 600");
+                fmt::format("others than its owner may read it: chmod 600 {}", file.string()));
   std::ifstream in(file);
   std::string token;
   if (!std::getline(in, token) && token.empty())
@@ -47,6 +51,26 @@ std::string read_token(const std::filesystem::path& file) {
         fmt::format("the token is {} to {} characters of A-Z a-z 0-9 - _, in the first line",
                     kShortest, kLongest));
   return token;
+}
+
+Tokens::Tokens(const std::string& token) {
+  // A name space of our own (RFC 4122, version 5: SHA-1).
+  const boost::uuids::uuid space =
+      boost::uuids::string_generator()("6f0a4d0e-5f4b-4f0c-9f5e-0c7d1b6b2a11");
+  const boost::uuids::name_generator_sha1 hash(space);
+  for (const Role role : {Role::kView, Role::kEdit}) {
+    const std::string name = fmt::format("limber page {} {}", name_of(role), token);
+    tokens_.emplace(role, boost::uuids::to_string(hash(name)));
+  }
+  tokens_.emplace(Role::kAdminister, token);
+}
+
+std::optional<Role> Tokens::role_of(std::string_view given) const {
+  std::optional<Role> found;
+  for (const auto& [role, token] : tokens_) {  // all, so that the time does not tell which
+    if (is_same_token(given, token)) found = role;
+  }
+  return found;
 }
 
 bool is_same_token(std::string_view given, std::string_view token) {

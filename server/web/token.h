@@ -1,8 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "server/transport/role.h"
 
 namespace limber::server::web {
 
@@ -13,6 +17,21 @@ namespace limber::server::web {
 /// owner may read it
 /// @throws Error{kIo, kInvalidArgument} naming the file
 [[nodiscard]] std::string read_token(const std::filesystem::path& file);
+
+/// What pages must show, for each role. Those of the lesser roles follow from the one that
+/// administers, by a hash that does not lead back: pages keep theirs when the server comes again.
+class Tokens {
+ public:
+  /// @param token  of those that administer
+  explicit Tokens(const std::string& token);
+  [[nodiscard]] const std::string& of(Role role) const { return tokens_.at(role); }
+  [[nodiscard]] const std::map<Role, std::string>& all() const { return tokens_; }
+  /// What a page may do that shows this; nothing: it may not come in.
+  [[nodiscard]] std::optional<Role> role_of(std::string_view given) const;
+
+ private:
+  std::map<Role, std::string> tokens_;
+};
 
 /// Takes the same time wherever they differ.
 [[nodiscard]] bool is_same_token(std::string_view given, std::string_view token);

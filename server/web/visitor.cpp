@@ -94,9 +94,9 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
       case Verdict::Way::kProbe:
         return answer_probe(verdict.path);
       case Verdict::Way::kRequests:
-        return become_page(PageKind::kRequests);
+        return become_page(PageKind::kRequests, verdict.role);
       case Verdict::Way::kStream:
-        return become_page(PageKind::kStream);
+        return become_page(PageKind::kStream, verdict.role);
       case Verdict::Way::kRefused:
         // Neither a probe nor a mistake: somebody who should not be here.
         if (verdict.status == 401 || verdict.status == 403) {
@@ -107,14 +107,14 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
     }
   }
 
-  void become_page(PageKind kind) {
+  void become_page(PageKind kind, Role role) {
     if (site_.sockets.size() >= site_.options.connections)
       return refuse(503, "As many pages as may be are connected (limberd --web-connections).");
     stream_.expires_never();
     // What the page sent before it was let in is against the protocol.
     if (buffer_.size() > 0)
       return refuse(400, "Nothing may be sent before the answer.", Then::kClose);
-    open_page(site_, std::move(stream_), std::move(request_), kind);
+    open_page(site_, std::move(stream_), std::move(request_), kind, role);
   }
 
   void send_file(const std::string& path) {

@@ -12,6 +12,7 @@
 
 #include "limber/v1/service.pb.h"
 #include "server/wire/coded_bytes.h"
+#include "server/wire/version.h"
 
 namespace limber::server {
 namespace {
@@ -80,13 +81,40 @@ class Walker {
       const int number = Wire::GetTagFieldNumber(tag);
       const FieldDescriptor* field = type.FindFieldByNumber(number);
       if (field == nullptr) {
-        const std::string path = path_of(at);
-        throw invalid(path, fmt::format("unknown field number {} in {}", number, type.name()));
+        constexpr int kMostPassedOver = 64;
+        const bool is_group = Wire::GetTagWireType(tag) == Wire::WIRETYPE_START_GROUP;
+        if (number == 0 || is_group || !may_have_more(type) || ++passed_over_ > kMostPassedOver)
+          throw unknown(type, number, path_of(at));
+        if (!Wire::SkipField(&in_, tag)) throw truncated(at);
+        continue;
       }
       const Step step{at, field, met.occurrences[static_cast<std::size_t>(field->index())]++};
       check_once(*field, step, met.oneofs);
       value(*field, Wire::GetTagWireType(tag), step, depth);
     }
+  }
+
+  /// Clients of any version say which they are of.
+  static bool may_have_more(const Descriptor& type) {
+    return &type == proto::GetServerInfoRequest::descriptor();
+  }
+
+  /// Nothing is dropped: what a newer client means by it would not be done.
+  static Refusal unknown(const Descriptor& type, int number, const std::string& path) {
+    constexpr int kFirstBody = 10;
+    const std::string words = fmt::format("unknown field number {} in {}", number, type.name());
+    if (&type == proto::Request::descriptor() && number >= kFirstBody)
+      return unsupported(path, words, fmt::format("requests of number {}", number));
+    if (&type == proto::Edit::descriptor())
+      return unsupported(path, words, fmt::format("edits of number {}", number));
+    return invalid(path, fmt::format("{}; {}", words, unknown_here("it")));
+  }
+  static Refusal unsupported(const std::string& path, const std::string& words,
+                             const std::string& what) {
+    return {proto::ERROR_CODE_UNSUPPORTED,
+            path,
+            fmt::format("{}; {}", words, unknown_here(what)),
+            {{"server_version", server_version()}}};
   }
 
   static Refusal truncated(const Step* at) {
@@ -167,8 +195,8 @@ class Walker {
       if (field.type() == FieldDescriptor::TYPE_ENUM) {
         const int number = static_cast<int>(value);
         if (field.enum_type()->FindValueByNumber(number) == nullptr) {
-          throw invalid(path_of(&step),
-                        fmt::format("{} is no value of {}", number, field.enum_type()->name()));
+          throw invalid(path_of(&step), fmt::format("{} is no value of {}; {}", number,
+                                                    field.enum_type()->name(), unknown_here("it")));
         }
       }
     } else if (wire == Wire::WIRETYPE_FIXED64) {
@@ -191,6 +219,7 @@ class Walker {
 
   CodedInputStream& in_;
   WireBudget& budget_;
+  int passed_over_ = 0;  // unknown fields
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "clients/cpp/open_session.h"
 #include "clients/cpp/session_reference.h"
+#include "clients/cpp/skew.h"
 #include "clients/cpp/waiting.h"
 #include "tests/clients/fake_router.h"
 #include "tests/clients/refusal.h"
@@ -229,6 +230,33 @@ TEST(Client, GreetingNamesAnotherProtocol) {
   const auto error = refusal([&] { (void)greet(client); });
   EXPECT_EQ(error.code(), v1::ERROR_CODE_UNSUPPORTED);
   EXPECT_THAT(error.what(), HasSubstr("limberd 9.9 speaks protocol 2"));
+  EXPECT_THAT(error.what(), HasSubstr("protocol 1: update the client"));
+}
+
+TEST(Client, GreetingNamesAnOlderServer) {
+  EXPECT_EQ(other_protocol("0.0.1", {0}),
+            std::string("limberd 0.0.1 speaks protocol 0, this client (") + client_version() +
+                ") protocol 1: update the server");
+}
+
+TEST(Client, TheVersionIsToldWhereTheServerKnowsOfIt) {
+  std::vector<std::string> told;  // read when the router has ended
+  {
+    FakeRouter router([&](const v1::Request& request) {
+      v1::Reply reply;
+      told.push_back(request.get_server_info().client_version());
+      if (!told.back().empty()) {  // as a server of before
+        reply.mutable_error()->set_code(v1::ERROR_CODE_INVALID_ARGUMENT);
+        reply.mutable_error()->set_message("unknown field number 1 in GetServerInfoRequest");
+      } else {
+        reply.mutable_get_server_info()->add_protocol_versions(1);
+      }
+      return std::vector{bytes(reply, request)};
+    });
+    Client client(router.requests());
+    EXPECT_NO_THROW((void)greet(client));
+  }
+  EXPECT_EQ(told, (std::vector<std::string>{client_version(), ""}));
 }
 
 TEST(Client, AnInterruptionEndsTheWaitWithoutTheDeadline) {

@@ -66,6 +66,47 @@ def test_other_protocol_version_is_named(fake):
     assert caught.value.code == "UNSUPPORTED"
 
 
+@pytest.mark.parametrize("versions, side", [([2, 3], "client"), ([0], "server")])
+def test_the_side_that_is_older_is_named(fake, versions, side):
+    fake.versions = versions
+    with pytest.raises(limber.LimberError, match=f"this client .{limber.__version__}. protocol 1: update the {side}"):
+        limber.connect(fake.requests)
+
+
+def test_the_version_is_told_where_the_server_knows_of_it(fake):
+    """A server of before refuses the field, and is asked again without it."""
+    told = []
+
+    def older(request):
+        told.append(request.get_server_info.client_version)
+        if told[-1]:
+            return service.Reply(version=1, id=request.id, error=common.Error(
+                code=common.ERROR_CODE_INVALID_ARGUMENT, message="unknown field number 1 in GetServerInfoRequest"))
+        return fake.info(request)
+
+    fake.handlers["get_server_info"] = older
+    with limber.connect(fake.requests):
+        assert told == [limber.__version__, ""]
+
+
+def test_what_a_newer_server_answers_is_no_answer_of_another_kind(fake):
+    fake.handlers["list_jobs"] = lambda request: service.Reply(version=1, id=request.id)
+    with limber.connect(fake.requests) as server:
+        with pytest.raises(limber.LimberError, match="of a kind that this client .* does not know") as caught:
+            server.jobs()
+    assert caught.value.code == "MALFORMED"
+
+
+def test_a_server_of_another_protocol_says_which_side_is_older(fake):
+    """It answers no request at all, the greeting neither; its words are passed on."""
+    fake.handlers["get_server_info"] = lambda request: service.Reply(version=2, id=request.id, error=common.Error(
+        code=common.ERROR_CODE_UNSUPPORTED, field="version",
+        message="this client speaks protocol 1, this server (2.0) protocol 2: update the client"))
+    with pytest.raises(limber.LimberError, match="update the client") as caught:
+        limber.connect(fake.requests)
+    assert caught.value.code == "UNSUPPORTED"
+
+
 def test_refusal_becomes_an_exception_with_code_and_field(fake):
     fake.handlers["edit"] = lambda request: service.Reply(version=1, id=request.id, error=common.Error(
         code=common.ERROR_CODE_OUT_OF_RANGE, message="frame 900 of 120", field="edits[0].add.constraint.frame",

@@ -61,7 +61,8 @@ export class Server {
       assert.ok(tries < 200 && this.process.exitCode === null, `limberd did not start: ${said}`);
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
-    const { web, web_token } = JSON.parse(readFileSync(ready, "utf8"));
+    const { requests, web, web_token } = JSON.parse(readFileSync(ready, "utf8"));
+    this.requests = requests;
     this.address = web.replace("http://", "");
     this.url = `${web}/?token=${web_token}`;
   }

@@ -11,6 +11,8 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
         positions = session.frames()               # (frames, nodes, 3)
 """
 
+from . import version
+from .access import AllowedKey
 from .beams import edits as beam_edits
 from .beams.geometry import BeamGeometry
 from .beams.results import BeamResult
@@ -55,10 +57,10 @@ from .scenes import load_scene
 from .server import DEFAULT_ENDPOINT, Server, connect
 from .stream import FrameStream, StreamedFrames
 
-__version__ = "0.1.0"
+__version__ = version.PACKAGE
 
 __all__ = [
-    "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
+    "AccuracyWarning", "AllowedKey", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "ModalMotion", "Mode", "MotionError", "MotionStream",

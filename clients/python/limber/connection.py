@@ -27,8 +27,8 @@ from . import checks
 from .errors import LimberError, ServerRestarted, ServerUnreachable, from_message
 from .messages import common, service
 from .presence import client_name
+from .version import PACKAGE, PROTOCOL
 
-VERSION = 1
 _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
 
 # A stream, which gets the status every two seconds, and a request that waits on the server ask after this long a silence
@@ -51,10 +51,31 @@ class CurveKeys:
     @staticmethod
     def read(server: "str | os.PathLike[str]", key_file: "str | os.PathLike[str]") -> "CurveKeys":
         """Keys as `limberd keygen` writes them: the server's public key (or its file), this client's secret key file
-        with the public key in a file of the same name and ".pub"."""
+        with the public key in a file of the same name and ".pub". Refused where others may read the secret key."""
+        _demand_private(key_file)
         is_key = len(str(server)) == 40 and not os.path.exists(server)
         return CurveKeys(str(server) if is_key else _read_key(server, "server_key"),
                          _read_key(f"{os.fspath(key_file)}.pub", "key"), _read_key(key_file, "key"))
+
+
+def public_key(given: "str | os.PathLike[str]", name: str) -> str:
+    """A client's public key: as text, or from the file that holds it; of a secret key's FILE, from FILE.pub beside it."""
+    if not os.path.exists(given):
+        if len(str(given)) == 40:
+            return str(given)
+        raise LimberError("INVALID_ARGUMENT", f"{given!r} is neither a CURVE key (40 characters of Z85) nor a file", name)
+    beside = f"{os.fspath(given)}.pub"
+    return _read_key(beside if os.path.exists(beside) else given, name)
+
+
+def _demand_private(path: "str | os.PathLike[str]") -> None:
+    """What others than its owner may read is no secret."""
+    try:
+        mode = os.stat(path).st_mode
+    except OSError:
+        return  # _read_key() says why
+    if os.name == "posix" and stat.S_ISREG(mode) and mode & (stat.S_IRWXG | stat.S_IRWXO):
+        raise LimberError("INVALID_ARGUMENT", f"others than its owner may read the secret key {path}: chmod 600 {path}", "key")
 
 
 def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
@@ -149,7 +170,7 @@ class Connection:
         if body == "error":
             raise from_message(reply.error)
         if body != kind:
-            raise LimberError("MALFORMED", f"the answer to {kind} is {body}")
+            raise LimberError("MALFORMED", f"the answer to {kind} is {body or f'of a kind that this client ({PACKAGE}) does not know'}")
         return getattr(reply, body)
 
     def ask_whether_there(self) -> None:
@@ -203,7 +224,7 @@ class Connection:
         self.context.destroy(linger=0)
 
     def _submit(self, kind: str, message) -> tuple[int, bytes, futures.Future]:
-        request = service.Request(version=VERSION, id=next(self._ids), client=self.client, client_name=self.client_name,
+        request = service.Request(version=PROTOCOL, id=next(self._ids), client=self.client, client_name=self.client_name,
                                   instance=self.instance if _needs_instance(kind, message) else "", **{kind: message})
         data = request.SerializeToString()
         future: futures.Future = futures.Future()

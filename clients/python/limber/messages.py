@@ -1,6 +1,7 @@
 """The generated messages, or a sentence that says how to generate them."""
 
 try:
+    from .v1 import access_pb2 as access
     from .v1 import beam_structure_pb2 as beam_structure
     from .v1 import beams_pb2 as beams
     from .v1 import common_pb2 as common
@@ -14,4 +15,4 @@ except ImportError as error:
         "the messages of limber.v1 are not usable here: build limber once (scripts/build), which writes "
         f"limber/v1/*_pb2.py, and use a Python with protobuf >= 3.20 ({error})") from error
 
-__all__ = ["beam_structure", "beams", "common", "design", "presence", "scene", "service", "stream"]
+__all__ = ["access", "beam_structure", "beams", "common", "design", "presence", "scene", "service", "stream"]

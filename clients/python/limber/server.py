@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from . import checks
+from .access import AccessRequests
 from .connection import Connection, CurveKeys
 from .errors import ServerStopped, ServerUnreachable, invalid
 from .kinds import KindRequests
@@ -13,7 +14,7 @@ from .reach import advice
 DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
 
 
-class Server(KindRequests):
+class Server(KindRequests, AccessRequests):
     """A connection to a limberd. A context manager; leaving it keeps the sessions alive. Thread-safe."""
 
 

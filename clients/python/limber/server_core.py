@@ -7,8 +7,8 @@ import time
 from collections import OrderedDict
 from typing import Any, TypeVar
 
-from . import checks, kind, scenes
-from .connection import VERSION, Connection, reachable
+from . import checks, kind, scenes, version
+from .connection import Connection, reachable
 from .errors import LimberError, from_message, invalid
 from .messages import scene as scene_messages
 from .messages import service
@@ -27,11 +27,7 @@ class ServerCore:
         self.connection = connection
         # By basis hash: (session that used it last, geometry). Small: a basis takes 12 nodes h bytes.
         self.geometry_cache: "OrderedDict[str, tuple[str, Any]]" = _Bounded(8)
-        info = connection.call("get_server_info", service.GetServerInfoRequest(), timeout=greeting_timeout)
-        if VERSION not in info.protocol_versions:
-            spoken = ", ".join(map(str, info.protocol_versions))
-            raise LimberError("UNSUPPORTED", f"limberd {info.server_version} speaks protocol {spoken}, this client "
-                                             f"{VERSION}", "version")
+        info = _greet(connection, greeting_timeout)
         self.stream_endpoint = reachable(info.stream_endpoint, connection.endpoint)
 
     def __enter__(self: _Server) -> _Server:
@@ -183,6 +179,20 @@ class ServerCore:
     def shutdown(self) -> None:
         """Asks limberd to end; UNSUPPORTED unless it was started by `limber start` or with --allow-shutdown."""
         self.connection.call("shutdown", service.ShutdownRequest())
+
+
+def _greet(connection: Connection, timeout: float | None) -> "service.GetServerInfoResponse":
+    """Who is there, and does it speak our protocol?"""
+    try:
+        request = service.GetServerInfoRequest(client_version=version.PACKAGE)
+        info = connection.call("get_server_info", request, timeout=timeout)
+    except LimberError as error:
+        if not version.knows_no_client_version(error):
+            raise
+        info = connection.call("get_server_info", service.GetServerInfoRequest(), timeout=timeout)
+    if version.PROTOCOL not in info.protocol_versions:
+        raise version.other_protocol(info.server_version, info.protocol_versions)
+    return info
 
 
 class _Bounded(OrderedDict):

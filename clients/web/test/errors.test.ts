@@ -18,3 +18,22 @@ test("what a message says itself is not told twice", () => {
   assert.equal(told("900 is too large", "edits[0].add.constraint.frame"), "900 is too large (frame)");
   assert.equal(told("there is no such session", "session"), "there is no such session");
 });
+
+test("a page of another protocol is told to be loaded again", () => {
+  const error = new LimberError(
+    "UNSUPPORTED",
+    "this client speaks protocol 1, this server (2.0) protocol 2: update the client",
+    "version",
+  );
+  assert.match(inWords(error), /update the client\. Reload this page/);
+  assert.doesNotMatch(inWords(new LimberError("UNSUPPORTED", "no such thing", "shutdown")), /Reload/);
+});
+
+test("what a role lacks is told by the server's words", () => {
+  const error = new LimberError(
+    "PERMISSION_DENIED",
+    "the request edit needs the role edit; this client has the role view",
+    "edit",
+  );
+  assert.equal(inWords(error), error.message);
+});

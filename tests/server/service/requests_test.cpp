@@ -42,7 +42,7 @@ TEST_F(ServerRequests, UnknownFieldsAndBodies) {
   request.set_version(1);
   request.GetReflection()->MutableUnknownFields(&request)->AddVarint(99, 1);
   proto::Error error = error_of(request.SerializeAsString());
-  EXPECT_EQ(error.code(), proto::ERROR_CODE_INVALID_ARGUMENT);
+  EXPECT_EQ(error.code(), proto::ERROR_CODE_UNSUPPORTED);
   EXPECT_THAT(error.message(), HasSubstr("unknown field number 99 in Request"));
   request.Clear();
   request.set_version(1);

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "tests/server/support/running_server.h"
+#include "tests/server/support/curve_client.h"
 
 namespace limber::server {
 namespace {
@@ -12,16 +12,10 @@ namespace {
 using namespace limber::server::testing;
 namespace fs = std::filesystem;
 
-ServerOptions curve_options(const CurveKeys& server, const std::set<std::string>& allowed) {
+ServerOptions curve_options(const CurveKeys& server, const AllowedKeys& allowed) {
   ServerOptions options = test_options();
-  options.transport.curve = CurveSetup{server, allowed};
+  options.transport.curve = CurveSetup{server, allowed, {}};
   return options;
-}
-
-void use_keys(zmq::socket_t& socket, const CurveKeys& own, const std::string& server) {
-  socket.set(zmq::sockopt::curve_serverkey, server);
-  socket.set(zmq::sockopt::curve_publickey, own.public_key);
-  socket.set(zmq::sockopt::curve_secretkey, own.secret_key);
 }
 
 /// What a client with these keys gets within the time.
@@ -46,7 +40,7 @@ std::optional<proto::Reply> ask(const std::string& endpoint, const CurveKeys* ow
 TEST(ServerCurve, AllowsKeysOfTheListAndNobodyElse) {
   const CurveKeys server_keys = make_curve_keys(), friend_keys = make_curve_keys(),
                   stranger = make_curve_keys();
-  RunningServer server(curve_options(server_keys, {friend_keys.public_key}));
+  RunningServer server(curve_options(server_keys, {{friend_keys.public_key, {}}}));
   const std::string& endpoint = server->request_endpoint();
   EXPECT_TRUE(ask(endpoint, &friend_keys, server_keys.public_key, milliseconds(10000)).has_value());
   EXPECT_FALSE(ask(endpoint, &stranger, server_keys.public_key, milliseconds(500)).has_value());
@@ -60,7 +54,7 @@ TEST(ServerCurve, AllowsKeysOfTheListAndNobodyElse) {
 TEST(ServerCurve, StreamsAreGuardedToo) {
   const CurveKeys server_keys = make_curve_keys(), friend_keys = make_curve_keys(),
                   stranger = make_curve_keys();
-  ServerOptions options = curve_options(server_keys, {friend_keys.public_key});
+  ServerOptions options = curve_options(server_keys, {{friend_keys.public_key, {}}});
   RunningServer server(std::move(options));
   zmq::context_t context;
   zmq::socket_t client(context, ZMQ_DEALER);
@@ -100,7 +94,7 @@ TEST(ServerCurve, BeyondLoopbackOnlyWithKeys) {
   options.transport.stream = "tcp://*:*";
   EXPECT_THROW(Server{options}, Refusal);
   const CurveKeys keys = make_curve_keys(), own = make_curve_keys();
-  options = curve_options(keys, {own.public_key});
+  options = curve_options(keys, {{own.public_key, {}}});
   options.transport.bind = "tcp://0.0.0.0:*";
   RunningServer server(options);
   std::string endpoint = server->request_endpoint();
@@ -118,7 +112,7 @@ TEST(CurveFiles, WrittenKeysAreReadBack) {
   const CurveSetup setup = read_curve_setup(secret, allow);
   EXPECT_EQ(setup.server.public_key, keys.public_key);
   EXPECT_EQ(setup.server.secret_key, keys.secret_key);
-  EXPECT_EQ(setup.allowed, (std::set<std::string>{one.public_key, two.public_key}));
+  EXPECT_EQ(setup.allowed, (AllowedKeys{{one.public_key, {}}, {two.public_key, {}}}));
   EXPECT_EQ(fs::status(secret).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   EXPECT_THROW(write_curve_keys(secret, keys), Error);  // never overwritten
 }
@@ -130,7 +124,7 @@ TEST(CurveFiles, TheCommentSignIsADigitOfKeys) {
   // (A key never starts with it: the first five digits would pass 2^32.)
   const std::string key = "ab#cd" + std::string(35, '0');
   std::ofstream(allow) << key << "\n#" << std::string(39, '0') << "\n";
-  EXPECT_EQ(read_curve_setup(secret, allow).allowed, std::set<std::string>{key});
+  EXPECT_EQ(read_curve_setup(secret, allow).allowed, (AllowedKeys{{key, {}}}));
 }
 
 TEST(CurveFiles, BadFilesAreRefused) {

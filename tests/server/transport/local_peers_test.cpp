@@ -89,7 +89,7 @@ struct LocalPeersOfATransport : ::testing::Test {
 };
 
 TEST_F(LocalPeersOfATransport, AskAsOthersDo) {
-  const auto number = transport.join(std::make_shared<WritingPeer>(diary));
+  const auto number = transport.join(std::make_shared<WritingPeer>(diary), Role::kView);
   transport.ask(number, "one");
   transport.ask(number, "");
   EXPECT_EQ(diary.sorted(4), (Strings{"reply to ", "reply to one", "taken 0", "taken 3"}));
@@ -99,8 +99,8 @@ TEST_F(LocalPeersOfATransport, AskAsOthersDo) {
 }
 
 TEST_F(LocalPeersOfATransport, GetTheTopicsTheySubscribeTo) {
-  const auto number = transport.join(std::make_shared<WritingPeer>(diary));
-  const auto other = transport.join(std::make_shared<WritingPeer>(diary));
+  const auto number = transport.join(std::make_shared<WritingPeer>(diary), Role::kView);
+  const auto other = transport.join(std::make_shared<WritingPeer>(diary), Role::kView);
   transport.subscribe(number, "\x01topic/");
   EXPECT_EQ(diary.sorted(2), (Strings{"taken 7", "topic/x hi"}));
   EXPECT_TRUE(transport.has_subscriber("topic/y"));
@@ -114,7 +114,7 @@ TEST_F(LocalPeersOfATransport, GetTheTopicsTheySubscribeTo) {
 }
 
 TEST_F(LocalPeersOfATransport, LoseTheirSubscriptionsAndRepliesWhenTheyLeave) {
-  const auto number = transport.join(std::make_shared<WritingPeer>(diary));
+  const auto number = transport.join(std::make_shared<WritingPeer>(diary), Role::kView);
   transport.subscribe(number, "\x01topic/");
   transport.ask(number, "silence");
   EXPECT_EQ(diary.lines(3).size(), 3u);
@@ -124,7 +124,7 @@ TEST_F(LocalPeersOfATransport, LoseTheirSubscriptionsAndRepliesWhenTheyLeave) {
   transport.send(Address{{clients.back()}, 0, number}, "too late");
   transport.ask(number, "too late");
   transport.subscribe(number, "\x01topic/");
-  const auto next = transport.join(std::make_shared<WritingPeer>(diary));
+  const auto next = transport.join(std::make_shared<WritingPeer>(diary), Role::kView);
   EXPECT_NE(next, number);
   transport.ask(next, "next");
   EXPECT_EQ(diary.sorted(5),
@@ -134,7 +134,7 @@ TEST_F(LocalPeersOfATransport, LoseTheirSubscriptionsAndRepliesWhenTheyLeave) {
 }
 
 TEST_F(LocalPeersOfATransport, WithTooManySubscriptionsAreToldSo) {
-  const auto number = transport.join(std::make_shared<WritingPeer>(diary));
+  const auto number = transport.join(std::make_shared<WritingPeer>(diary), Role::kView);
   for (std::size_t i = 0; i <= Subscriptions::kMaxOfOne; ++i)
     transport.subscribe(number, "\x01never " + std::to_string(i));
   const Strings lines = diary.lines(2 * Subscriptions::kMaxOfOne + 2);

@@ -26,6 +26,20 @@ TEST(Token, IsComparedAsAWhole) {
     EXPECT_FALSE(is_same_token(other, "abcd")) << other;
 }
 
+TEST(Token, EachRoleHasOneThatStays) {
+  const std::string token = make_token();
+  const Tokens tokens(token), again(token), others(make_token());
+  EXPECT_EQ(tokens.of(Role::kAdminister), token);
+  for (const Role role : {Role::kView, Role::kEdit, Role::kAdminister}) {
+    EXPECT_EQ(tokens.role_of(tokens.of(role)), role);
+    EXPECT_EQ(tokens.of(role), again.of(role));
+    EXPECT_FALSE(others.role_of(tokens.of(role)));
+    EXPECT_GE(tokens.of(role).size(), 32u);
+  }
+  EXPECT_FALSE(tokens.role_of(""));
+  EXPECT_FALSE(tokens.role_of(token + "0"));
+}
+
 class TokenFile : public ::testing::Test {
  protected:
   std::string read(const std::string& text, fs::perms mode = fs::perms::owner_read) const {

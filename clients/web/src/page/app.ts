@@ -14,6 +14,7 @@ import { Home } from "./home";
 import { describeIssues } from "./issues";
 import { Notices } from "./notices";
 import { storedName } from "./people_panel";
+import { askRole, roleInWords } from "./roles";
 import { SessionPage } from "./session_page";
 
 const BUILD_TIMEOUT_MS = 120_000;
@@ -247,8 +248,19 @@ export class App {
     document.body.dataset.connection = state;
     // The server knows a client by its connection.
     if (state === "open" && this.wasConnected) this.page?.session.join().catch(() => undefined);
+    if (state === "open") void this.sayRole();
     if (state === "open") this.wasConnected = true;
     else if (state === "lost" && !this.wasConnected) void this.suspectToken();
+  }
+
+  private async sayRole(): Promise<void> {
+    try {
+      const words = roleInWords(await askRole(this.connection));
+      if (words && document.body.dataset.connection === "open") this.state.textContent = `connected, ${words}`;
+      document.body.dataset.role = words;
+    } catch (error) {
+      this.fail(error);
+    }
   }
 
   /** A server that gives files and no connection does not know this page's token; browsers do not tell why. */

@@ -38,6 +38,9 @@ export function located(message: string, field: string): string {
 
 /** What a person reads of anything that went wrong. */
 export function inWords(error: unknown): string {
+  // The page is a client that its server brings: that of a newer server is there already.
+  if (error instanceof LimberError && error.code === "UNSUPPORTED" && error.field === "version")
+    return `${error.message}. Reload this page to get the one of the server.`;
   if (error instanceof LimberError) return located(error.message, error.field);
   return error instanceof Error ? error.message : String(error);
 }
