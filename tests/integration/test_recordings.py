@@ -120,7 +120,8 @@ def test_damaged_bytes_are_an_error_or_other_messages(tmp_path):
             assert str(path) in str(error)
 
 
-def test_the_command_line_records_and_replays(launch, cli, tmp_path):
+def test_the_command_line_records_and_replays(launch, cli, tmp_path, monkeypatch):
+    monkeypatch.setenv("LIMBER_PYTHON", sys.executable)
     path = tmp_path / "line.limberrec"
     server = launch()
     recording = subprocess.Popen([sys.executable, "-m", "limber", "--endpoint", server.connection.endpoint, "record", str(path)],
