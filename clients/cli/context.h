@@ -89,6 +89,7 @@ void add_script_command(CLI::App& app, Context& context);
 void add_gravity_command(CLI::App& app, Context& context);
 void add_result_commands(CLI::App& app, Context& context);
 void add_render_command(CLI::App& app, Context& context);
+void add_recording_commands(CLI::App& app, Context& context);
 
 /// A subcommand with an example below its help.
 CLI::App* subcommand(CLI::App& app, const std::string& name, const std::string& description,

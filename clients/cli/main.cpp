@@ -82,6 +82,7 @@ void add_commands(CLI::App& app, Context& context) {
   cli::add_gravity_command(app, context);
   cli::add_result_commands(app, context);
   cli::add_render_command(app, context);
+  cli::add_recording_commands(app, context);
 }
 
 int run(int argc, char** argv) {

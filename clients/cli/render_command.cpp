@@ -2,24 +2,17 @@
 // display.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clients/cli/context.h"
-#include "clients/cpp/error.h"
+#include "clients/cli/python.h"
 
 namespace limber::cli {
 namespace {
-
-namespace fs = std::filesystem;
-using client::ClientError;
 
 struct RenderLine {
   std::string session, output, size = "1280x720", up, surface;
@@ -28,27 +21,9 @@ struct RenderLine {
   std::vector<double> view;
 };
 
-/// The Python client beside the sources that this program was built of, before what is installed.
-void use_own_python() {
-  std::error_code failed;
-  const fs::path own =
-      fs::weakly_canonical(fs::path(own_folder()) / "../../../clients/python", failed);
-  if (failed || !fs::exists(own / "limber" / "__main__.py", failed)) return;
-  const char* before = std::getenv("PYTHONPATH");
-  const bool is_set = before != nullptr && *before != 0;
-  setenv("PYTHONPATH", (is_set ? own.string() + ":" + before : own.string()).c_str(), 1);
-}
-
 void render(const Context& context, const RenderLine& options) {
-  if (!context.server_key.empty() || !context.key_file.empty())
-    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "key_file",
-                      "render does not take CURVE keys; OpenSession.render() of the Python client "
-                      "does, with limber.connect(keys)");
-  const char* given = std::getenv("LIMBER_PYTHON");
-  const std::string python = given != nullptr && *given != 0 ? given : "python3";
-  std::vector<std::string> words = {python,           "-m",     "limber",        "--endpoint",
-                                    context.endpoint, "render", options.session, "-o",
-                                    options.output,   "--size", options.size};
+  demand_no_keys(context, "render");
+  std::vector<std::string> words{options.session, "-o", options.output, "--size", options.size};
   words.push_back(fmt::format("--frame={}", options.frame));
   if (options.rate > 0) words.push_back(fmt::format("--rate={}", options.rate));
   if (!options.up.empty()) words.push_back("--up=" + options.up);
@@ -57,16 +32,7 @@ void render(const Context& context, const RenderLine& options) {
     words.emplace_back("--view");
     for (const double angle : options.view) words.push_back(fmt::format("{}", angle));
   }
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (auto& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  use_own_python();
-  std::fflush(nullptr);
-  execvp(argv[0], argv.data());
-  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "LIMBER_PYTHON",
-                    fmt::format("render needs Python and the Python client of limber: {}: {}",
-                                python, std::strerror(errno)));
+  run_python(context, "render", std::move(words));
 }
 
 }  // namespace

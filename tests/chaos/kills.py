@@ -38,7 +38,7 @@ class Drag:
         self.begin(session)
         self.revision = session.status().revision
         self.past, self.future, self.number, self.acknowledged = [0], [], 0, 0
-        self.is_open = True
+        self.history = {self.revision: ([0], [])}
 
     def begin(self, session):
         self.write(session, 0)
@@ -62,14 +62,25 @@ class Drag:
         self.past, self.future = self.sent
         self.revision += 1
         self.acknowledged += 1
+        self.history[self.revision] = self.sent
 
     def check(self, session):
         """Whether what came back is what was acknowledged, or with the edit besides that was on its way."""
         revision, found = session.status().revision, self.read(session)
         if revision == self.revision + 1:
-            self.past, self.future = self.sent
+            self.past, self.future = self.history[revision] = self.sent
             self.revision += 1
         return revision == self.revision and found == self.past[-1]
+
+    def go_back(self, session):
+        """Of a session that may have lost its last edits: goes on from what is there.
+        @returns how many are lost; None where it is as it never was"""
+        revision, found = session.status().revision, self.read(session)
+        past, future = self.history.get(revision, (None, None))
+        if past is None or past[-1] != found:
+            return None
+        lost, self.revision, self.past, self.future = self.revision - revision, revision, past, future
+        return lost
 
 
 class Body(Drag):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
+import threading
 
 from . import connect
 from .errors import LimberError, ServerUnreachable
@@ -26,17 +28,18 @@ def main(arguments: "list[str] | None" = None) -> int:
     _add_render(commands.add_parser("render", help="a .png, .mp4 or .gif as the page draws it, without a display",
                                     description="Draws a session as the page does, without a display. Needs Chromium, and for "
                                                 "films ffmpeg."))
+    _add_record(commands.add_parser("record", help="what clients and the server say to each other, into a file"))
+    _add_replay(commands.add_parser("replay", help="a recording's requests again; do the replies differ?"))
     given = parser.parse_args(arguments)
     try:
         with connect(given.endpoint) as server:
-            given.run(server, given)
+            return given.run(server, given) or 0
     except ServerUnreachable as error:
         print(f"limber: {error}", file=sys.stderr)
         return 3
     except LimberError as error:
         print(f"limber: {error}", file=sys.stderr)
         return 1
-    return 0
 
 
 def _add_laths(parser: argparse.ArgumentParser) -> None:
@@ -143,6 +146,40 @@ def _render(server: "object", given: argparse.Namespace) -> None:
     print(server.session(given.session).render(  # type: ignore[attr-defined]
         given.output, frame=given.frame, size=(int(width), int(height)), view=given.view, up=given.up,
         frames_per_second=given.rate, tolerance=given.tolerance, surface=given.surface))
+
+
+def _add_record(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", help="FILE.limberrec")
+    parser.add_argument("--bind", default="tcp://127.0.0.1:*", help="endpoint for the clients that are recorded (%(default)s)")
+    parser.set_defaults(run=_record)
+
+
+def _record(server: "object", given: argparse.Namespace) -> None:
+    from .recorder import Recorder
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    about = {"server_version": server.info().server_version}  # type: ignore[attr-defined]
+    with Recorder(server.connection.endpoint, given.file, given.bind, **about) as recorder:  # type: ignore[attr-defined]
+        print(recorder.endpoint, flush=True)
+        stopped.wait()
+    print(f"{recorder.messages} messages", file=sys.stderr)
+
+
+def _add_replay(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file")
+    parser.add_argument("--tolerance", type=float, default=1e-3, help="of energies, as a share (%(default)g)")
+    parser.add_argument("--wait", type=float, default=60.0, help="for a reply [s] (%(default)g)")
+    parser.set_defaults(run=_replay)
+
+
+def _replay(server: "object", given: argparse.Namespace) -> int:
+    from .replaying import replay
+    outcome = replay(given.file, server.connection.endpoint, given.tolerance, given.wait)  # type: ignore[attr-defined]
+    for difference in outcome.differences:
+        print(difference)
+    print(f"{outcome.requests} requests, {outcome.replies} replies, {len(outcome.differences)} differences", file=sys.stderr)
+    return 1 if outcome.differences else 0
 
 
 if __name__ == "__main__":

@@ -1,0 +1,59 @@
+#include "clients/cli/python.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "clients/cpp/error.h"
+
+namespace limber::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using client::ClientError;
+
+void use_own_python() {
+  std::error_code failed;
+  const fs::path own =
+      fs::weakly_canonical(fs::path(own_folder()) / "../../../clients/python", failed);
+  if (failed || !fs::exists(own / "limber" / "__main__.py", failed)) return;
+  const char* before = std::getenv("PYTHONPATH");
+  const bool is_set = before != nullptr && *before != 0;
+  setenv("PYTHONPATH", (is_set ? own.string() + ":" + before : own.string()).c_str(), 1);
+}
+
+}  // namespace
+
+void demand_no_keys(const Context& context, const std::string& command) {
+  if (context.server_key.empty() && context.key_file.empty()) return;
+  throw ClientError(
+      v1::ERROR_CODE_UNSUPPORTED, "key_file",
+      fmt::format("{} does not take CURVE keys; the Python client does, with limber.connect(keys)",
+                  command));
+}
+
+void run_python(const Context& context, const std::string& command,
+                std::vector<std::string> arguments) {
+  const char* given = std::getenv("LIMBER_PYTHON");
+  const std::string python = given != nullptr && *given != 0 ? given : "python3";
+  std::vector<std::string> words = {python,           "-m",   "limber", "--endpoint",
+                                    context.endpoint, command};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (auto& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  use_own_python();
+  std::fflush(nullptr);
+  execvp(argv[0], argv.data());
+  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "LIMBER_PYTHON",
+                    fmt::format("{} needs Python and the Python client of limber: {}: {}", command,
+                                python, std::strerror(errno)));
+}
+
+}  // namespace limber::cli
