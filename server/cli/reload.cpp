@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <set>
 #include <string_view>
 
 #include "server/log/log.h"
@@ -13,9 +12,9 @@
 namespace limber::server {
 namespace {
 
-constexpr std::array<std::string_view, 9> kLive{
-    "log-level",  "log-format",      "drain-seconds", "max-sessions",     "max-tets",
-    "max-frames", "max-constraints", "max-jobs",      "max-session-bytes"};
+constexpr std::array<std::string_view, 10> kLive{
+    "log-level",  "log-format",      "drain-seconds", "max-sessions",      "max-tets",
+    "max-frames", "max-constraints", "max-jobs",      "max-session-bytes", "max-memory-bytes"};
 
 }  // namespace
 
@@ -28,7 +27,7 @@ void Reload::operator()() {
   try {
     ServeOptions next = options_.read_again ? options_.read_again() : options_;
     next.validate();
-    std::optional<std::set<std::string>> keys;
+    std::optional<AllowedKeys> keys;
     if (!options_.curve_allow.empty()) keys = read_allowed_keys(next.curve_allow);
     apply(next);
     if (keys) {

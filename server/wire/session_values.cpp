@@ -34,6 +34,7 @@ proto::SessionUse use_of(const proto::SessionStatus& status) {
   use.set_state(state);
   use.set_people(static_cast<std::uint32_t>(status.clients_size()));
   use.set_edits(status.revision());
+  if (status.state() != proto::SESSION_STATE_PARKED) use.set_bytes(status.memory_bytes());
   return use;
 }
 
