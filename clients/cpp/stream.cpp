@@ -128,8 +128,7 @@ std::optional<StreamEvent> Subscription::next(Milliseconds timeout) {
         std::max(Milliseconds{0},
                  std::chrono::ceil<Milliseconds>(deadline - std::chrono::steady_clock::now()));
     if (auto event = queue_.pop(std::min(left, kSliceOfReceiving))) {
-      if (!instance_.empty() && !event->message.instance().empty() &&
-          event->message.instance() != instance_)
+      if (is_of_another_run(event->message))
         throw ServerRestarted(v1::ERROR_CODE_RESTARTED, "",
                               "limberd was restarted: sessions and jobs of before are gone");
       missed_ += event->missed;
@@ -137,6 +136,15 @@ std::optional<StreamEvent> Subscription::next(Milliseconds timeout) {
     }
     if (left == Milliseconds{0}) return std::nullopt;
   }
+}
+
+/// A session that its server has stored goes on under its uid; jobs and others do not.
+bool Subscription::is_of_another_run(const v1::StreamMessage& message) {
+  const std::uint64_t uid = message.session_uid();
+  const bool is_ours =
+      instance_.empty() || message.instance().empty() || message.instance() == instance_;
+  if (is_ours && uid != 0) uids_.insert(uid);
+  return !is_ours && !uids_.contains(uid);
 }
 
 std::string frames_topic(const std::string& session, v1::Encoding encoding) {

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <zmq.hpp>
@@ -34,7 +35,8 @@ class Subscription {
   /// The next message of a subscribed topic, or nothing after the timeout. Bytes that are no
   /// message are skipped.
   /// @throws ClientError CANCELLED if interrupted; ServerRestarted for a message of another run of
-  /// limberd than the client had heard of when this was made
+  /// limberd than the client had heard of when this was made, unless its session was heard of
+  /// before: it is stored, and goes on
   [[nodiscard]] std::optional<StreamEvent> next(Milliseconds timeout);
 
   /// Messages lost so far, all topics, up to the one that was read last.
@@ -45,9 +47,11 @@ class Subscription {
   void run();
   [[nodiscard]] bool obey();
   void receive();
+  [[nodiscard]] bool is_of_another_run(const v1::StreamMessage& message);
 
   Client& client_;
   const std::string instance_;
+  std::set<std::uint64_t> uids_;                   // of sessions that messages of this run were of
   zmq::socket_t socket_;                           // the thread's, once it runs
   zmq::socket_t orders_, obeyed_;                  // two ends: ours, the thread's
   std::map<std::string, std::uint64_t> sequence_;  // newest by topic; the thread's

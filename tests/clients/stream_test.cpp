@@ -78,11 +78,13 @@ TEST(Subscription, WhatIsUnsubscribedComesNoMore) {
 
 /// Of whom a client has heard: a restarted server publishes under the same names.
 TEST(Subscription, AMessageOfAnotherRunIsReportedAsARestart) {
-  const auto of_run = [](std::uint64_t sequence, const std::string& instance) {
+  const auto of_run = [](std::uint64_t sequence, const std::string& instance,
+                         std::uint64_t uid = 0) {
     v1::StreamMessage message;
     message.set_version(1);
     message.set_sequence(sequence);
     message.set_instance(instance);
+    message.set_session_uid(uid);
     return message.SerializeAsString();
   };
   FakeRouter router([](const v1::Request& request) -> std::vector<std::string> {
@@ -99,11 +101,15 @@ TEST(Subscription, AMessageOfAnotherRunIsReportedAsARestart) {
   Subscription stream(client, router.stream());
   stream.subscribe("a");
   await_subscriptions(router, 1);
-  router.publish("a", of_run(1, "first"));
-  router.publish("a", of_run(1, "second"));
+  router.publish("a", of_run(1, "first", 5));
+  router.publish("a", of_run(1, "second", 5));
+  router.publish("a", of_run(1, "second", 6));
   const auto event = stream.next(Milliseconds{5000});
   ASSERT_TRUE(event.has_value());
   EXPECT_EQ(event->message.instance(), "first");
+  const auto stored = stream.next(Milliseconds{5000});
+  ASSERT_TRUE(stored.has_value()) << "a session that is stored goes on";
+  EXPECT_EQ(stored->message.instance(), "second");
   try {
     (void)stream.next(Milliseconds{5000});
     FAIL() << "it is none of this run";
