@@ -95,12 +95,17 @@ void add_history_commands(CLI::App& app, Context& context) {
     const std::string name = undo ? "undo" : "redo";
     auto session = std::make_shared<std::string>();
     auto* command =
-        subcommand(app, name, undo ? "Take the newest revision back" : "Bring back what undo took",
+        subcommand(app, name,
+                   undo ? "Take back the newest edit made under your name (--name)"
+                        : "Bring back what undo took",
                    "limber " + name + " flower");
     command->add_option("session", *session, "Session")->required();
-    command->callback([&context, session, undo] {
+    auto anyone = std::make_shared<bool>(false);
+    command->add_flag("--anyone", *anyone, "The newest edit, whoever made it");
+    command->callback([&context, session, undo, anyone] {
       auto of = context.session<OpenSession>(*session);
-      print_receipt(context, undo ? of.undo() : of.redo());
+      const auto whose = *anyone ? OpenSession::Whose::kAnyone : OpenSession::Whose::kOwn;
+      print_receipt(context, undo ? of.undo(whose) : of.redo(whose));
     });
   }
 }

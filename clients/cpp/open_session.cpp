@@ -51,15 +51,15 @@ v1::EditResponse OpenSession::gravity(const Vector& acceleration) {
   return edit({change});
 }
 
-v1::EditResponse OpenSession::undo() {
+v1::EditResponse OpenSession::undo(Whose whose) {
   v1::Edit change;
-  change.mutable_undo();
+  change.mutable_undo()->set_anyone(whose == Whose::kAnyone);
   return edit({change});
 }
 
-v1::EditResponse OpenSession::redo() {
+v1::EditResponse OpenSession::redo(Whose whose) {
   v1::Edit change;
-  change.mutable_redo();
+  change.mutable_redo()->set_anyone(whose == Whose::kAnyone);
   return edit({change});
 }
 

@@ -74,8 +74,10 @@ class OpenSession {
   v1::EditResponse edit(const std::vector<v1::Edit>& edits,
                         std::optional<std::uint64_t> expected_revision = {});
   v1::EditResponse gravity(const Vector& acceleration);  // [m/s^2]
-  v1::EditResponse undo();
-  v1::EditResponse redo();
+  /// kOwn: of the client's name, also where others have edited since; kAnyone: the newest edit.
+  enum class Whose { kOwn, kAnyone };
+  v1::EditResponse undo(Whose whose = Whose::kOwn);
+  v1::EditResponse redo(Whose whose = Whose::kOwn);
 
   /// The final result of the newest revision made or seen here. @throws ClientError TIMEOUT;
   /// Unreachable within 8 s of when the server falls silent

@@ -26,12 +26,14 @@ struct JointPin {
   /// Where to bring the joint, unless its angle alone is held; nothing: where it is [scene length
   /// unit].
   std::optional<Eigen::Vector3d> position = {};
+  bool operator==(const JointPin&) const = default;
 };
 
 /// An opening angle that a joint is to have.
 struct JointAngle {
   int joint = 0;
   double angle = 0;  // [rad], in (-pi, pi)
+  bool operator==(const JointAngle&) const = default;
 };
 
 /// A spring from a point of the linkage to a point in space.
@@ -42,6 +44,7 @@ struct LinkageTarget {
   double share = 0.5;                                  // at this share of its length, in [0, 1]
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [scene length unit]
   double stiffness = 0;                                // [N/m], > 0
+  bool operator==(const LinkageTarget&) const = default;
 };
 
 struct JointLoad {
@@ -49,6 +52,7 @@ struct JointLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   // [N]
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // [N m]
   double torque = 0;                                 // [N m], opens the joint
+  bool operator==(const JointLoad&) const = default;
 };
 
 /// How a linkage is opened from flat to the shape it was designed for: forces push it out of its

@@ -274,6 +274,7 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
     *edit.mutable_edits() = edits.edits();
     edit.set_client(maker.client);
     edit.set_client_name(maker.name);
+    edit.set_author(maker.author);
     edit.set_at_ms(milliseconds_since_1970());
     changes.emplace_back(store::EditedSession{key_.uid, number, edit.SerializeAsString()});
   };

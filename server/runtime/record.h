@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/session/core/step_notes.h"
 #include "engine/session/core/values.h"
 #include "server/runtime/attendance.h"
 #include "server/runtime/frame_streams.h"
@@ -76,7 +77,9 @@ class Record : public std::enable_shared_from_this<Record> {
       const proto::GetGeometryRequest& request) const = 0;
 
   /// @throws Refusal or Error naming fields of the request
-  [[nodiscard]] virtual proto::EditResponse edit(const proto::EditRequest& request) = 0;
+  /// @param author  whose edits they are: undo is of one's own
+  [[nodiscard]] virtual proto::EditResponse edit(const proto::EditRequest& request,
+                                                 const session::Author& author) = 0;
   /// The scene as edited, as much of it as the request wants.
   virtual void add_scene(const proto::GetSessionRequest& request,
                          proto::GetSessionResponse& response) const = 0;
@@ -90,9 +93,10 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] Error lacks(const char* what) const;
 
   // For the store. What it has of the session is what these say.
-  /// Who made a revision: Request.client, and what others call that client.
+  /// Who made a revision: Request.client, what others call that client, and whose edits they are.
   struct Maker {
     std::string client, name;
+    session::Author author;
   };
   /// Held while an edit is made and given to the store: in there the edits have no gaps.
   [[nodiscard]] std::recursive_mutex& edit_order() { return edit_order_; }

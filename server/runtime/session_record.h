@@ -75,13 +75,14 @@ class SessionRecord : public Record, public Listener {
   /// Makes the edits of a request. What the session refuses, and warns of, is at fields of the
   /// request.
   template <class Edits>
-  session::EditReceipt make_edits(const proto::EditRequest& request, const Edits& edits) {
+  session::EditReceipt make_edits(const proto::EditRequest& request, const Edits& edits,
+                                  const session::Author& author) {
     const auto session = this->session();
     const auto rename = [&](const std::string& field) {
       return edit_field_in(request, field, edit_extension());
     };
-    session::EditReceipt receipt =
-        with_fields(rename, [&] { return session->edit(edits, expected_revision(request)); });
+    session::EditReceipt receipt = with_fields(
+        rename, [&] { return session->edit(edits, expected_revision(request), author); });
     for (auto& issue : receipt.issues) issue.field = rename(issue.field);
     return receipt;
   }

@@ -44,4 +44,8 @@ ClientIdentity ClientDirectory::identify(const Ticket& ticket, const std::string
   return {number, fmt::format("{}-{}", kind, number)};
 }
 
+std::string ClientDirectory::author_of(const Ticket& ticket, const std::string& given) {
+  return ticket.key().empty() ? given : ticket.key();
+}
+
 }  // namespace limber::server

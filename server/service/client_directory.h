@@ -27,6 +27,9 @@ class ClientDirectory {
   /// @param given  Request.client_name
   /// @throws Refusal INVALID_ARGUMENT naming client_name: too long, or control characters
   [[nodiscard]] static ClientIdentity identify(const Ticket& ticket, const std::string& given);
+  /// Whose edits these are: of the key of CURVE, or else of the name. Empty: of a client without
+  /// either.
+  [[nodiscard]] static std::string author_of(const Ticket& ticket, const std::string& given);
 
  private:
   mutable std::mutex mutex_;

@@ -35,7 +35,8 @@ void Service::edit_session(const SharedTicket& ticket, const Request& request) {
   if (kept_.is_on()) order.lock();
   record->touch();
   proto::Reply reply;
-  *reply.mutable_edit() = edit(*record, request.edit());
+  *reply.mutable_edit() =
+      edit(*record, request.edit(), ClientDirectory::author_of(*ticket, request.client_name()));
   const std::uint64_t revision = reply.edit().revision();
   note_revision(*record, *ticket, request.client_name(), revision, kinds_of_edits(request.edit()));
   keep_edit(ticket, request, *record, revision, std::move(reply));

@@ -71,12 +71,13 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
   return record;
 }
 
-proto::EditResponse Service::edit(Record& record, const proto::EditRequest& request) {
+proto::EditResponse Service::edit(Record& record, const proto::EditRequest& request,
+                                  const session::Author& author) {
   if (static_cast<std::uint64_t>(request.edits_size()) > kEditsAtOnce) {
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
   }
-  return record.edit(request);
+  return record.edit(request, author);
 }
 
 void Service::take_design(const SharedTicket& ticket, const Request& request) {
@@ -89,7 +90,8 @@ void Service::keep_edit(const SharedTicket& ticket, const Request& request, Reco
   const auto made = kept_.is_on() ? record.made_edits(request) : std::nullopt;
   if (made) {
     kept_.edited(ticket, record, revision, *made,
-                 ClientDirectory::identify(*ticket, request.client_name()).name, std::move(reply));
+                 ClientDirectory::identify(*ticket, request.client_name()).name,
+                 ClientDirectory::author_of(*ticket, request.client_name()), std::move(reply));
   } else {
     ticket->answer(std::move(reply));
   }

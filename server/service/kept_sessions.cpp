@@ -102,8 +102,8 @@ void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Reco
 
 void KeptSessions::edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
                           const proto::EditRequest& made, const std::string& name,
-                          proto::Reply reply) {
-  write(ticket, record.changes_of(revision, made, {ticket->request_key().client, name}),
+                          const session::Author& author, proto::Reply reply) {
+  write(ticket, record.changes_of(revision, made, {ticket->request_key().client, name, author}),
         std::move(reply));
 }
 
@@ -187,7 +187,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
       proto::EditRequest request;
       request.set_session(key.reference());
       *request.mutable_edits() = edit.edits();
-      if (record->edit(request).revision() != edit.revision())
+      if (record->edit(request, edit.author()).revision() != edit.revision())
         throw Error(ErrorCode::kIo, "session",
                     fmt::format("edit {} is missing in what is stored", edit.revision()));
     }

@@ -42,7 +42,8 @@ class KeptSessions {
   /// @param made  what the record says of it; with its edit_order()
   /// @param name  what others call whoever made it
   void edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
-              const proto::EditRequest& made, const std::string& name, proto::Reply reply);
+              const proto::EditRequest& made, const std::string& name,
+              const session::Author& author, proto::Reply reply);
   void closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply);
 
   /// The job of a session's opening, which cancels its work.

@@ -101,7 +101,8 @@ class Service {
   [[nodiscard]] std::shared_ptr<Record> open(const proto::OpenSessionRequest& request,
                                              proto::OpenSessionResponse& response,
                                              std::unique_lock<std::recursive_mutex>& order);
-  proto::EditResponse edit(Record& record, const proto::EditRequest& request);
+  proto::EditResponse edit(Record& record, const proto::EditRequest& request,
+                           const session::Author& author);
   void take_design(const SharedTicket& ticket, const Request& request);
   /// Of a revision that a request has made: it is stored, where sessions are, and then answered.
   void keep_edit(const SharedTicket& ticket, const Request& request, Record& record,

@@ -14,6 +14,10 @@ namespace limber::server {
 /// What an edit is of: the member of its oneof; null where it is empty.
 [[nodiscard]] const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit);
 
+[[nodiscard]] inline session::Whose whose(bool anyone) {
+  return anyone ? session::Whose::kAnyone : session::Whose::kOwn;
+}
+
 /// The members of its edits, each once, in their order.
 [[nodiscard]] std::vector<std::string> kinds_of_edits(const proto::EditRequest& request);
 

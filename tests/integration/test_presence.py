@@ -42,7 +42,7 @@ def test_clients_are_listed_by_name_with_what_they_did(server, opened):
         receipt = joined.load(40, force=(0, 0, -1))
         assert [one.last_revision for one in opened.clients()] == [0, receipt.revision]
         joined.load(40, force=(0, 0, -2))
-        opened.undo()
+        opened.undo(anyone=True)
         told = [(one.first, one.revision, one.name, one.edits) for one in opened.revisions()]
         own = first.name
         assert told == [(3, 3, own, ("undo",)), (1, 2, "ana", ("set_beam_load",)), (0, 0, own, ("open_session",))]

@@ -32,14 +32,15 @@ def vector(values: Vector, field: str) -> "common.Vector3":
     return common.Vector3(x=x, y=y, z=z)
 
 
-def undo() -> "service.Edit":
-    """Takes the newest revision back that has not been taken back."""
-    return service.Edit(undo=service.Undo())
+def undo(anyone: bool = False) -> "service.Edit":
+    """Takes back the newest edit of this client's name that was not taken back (by a new edit, where others have edited
+    since); with `anyone` the newest edit, whoever made it."""
+    return service.Edit(undo=service.Undo(anyone=anyone))
 
 
-def redo() -> "service.Edit":
-    """Brings back what undo took."""
-    return service.Edit(redo=service.Redo())
+def redo(anyone: bool = False) -> "service.Edit":
+    """Brings back what undo took; anyone: whoever's that was."""
+    return service.Edit(redo=service.Redo(anyone=anyone))
 
 
 def to_messages(edits: Iterable[EditLike], known: "scene.Scene | None" = None) -> "list[service.Edit]":

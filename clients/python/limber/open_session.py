@@ -147,11 +147,14 @@ class OpenSession:
                        tuple(issue_text(issue) for issue in response.issues), tuple(response.keyframe_ids),
                        tuple(response.target_ids))
 
-    def undo(self) -> Receipt:
-        return self.edit([edits.undo()])
+    def undo(self, anyone: bool = False) -> Receipt:
+        """Takes back the newest edit made under this client's name, also where others have edited since; refused where
+        they have changed the same. anyone: the newest edit, whoever made it."""
+        return self.edit([edits.undo(anyone)])
 
-    def redo(self) -> Receipt:
-        return self.edit([edits.redo()])
+    def redo(self, anyone: bool = False) -> Receipt:
+        """Brings back what undo took."""
+        return self.edit([edits.redo(anyone)])
 
     # ---- results ----
 

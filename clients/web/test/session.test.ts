@@ -60,6 +60,15 @@ test("a drag is one step of undo, and of redo", () => {
   assert.equal(history.undo(6n), 3);
 });
 
+test("who has a name takes back a whole drag whatever others did meanwhile", () => {
+  const history = new History();
+  history.edited(1n, false, true);
+  history.edited(3n, true, true);
+  assert.equal(history.undo(4n, true), 2);
+  history.undid(2, 5n);
+  assert.equal(history.redo(6n, true), 2);
+});
+
 test("what others did since is taken back one by one", () => {
   const history = new History();
   history.edited(1n);

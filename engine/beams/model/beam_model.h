@@ -54,6 +54,7 @@ struct BeamSupport {
   int node = 0;
   std::array<bool, 6> fixed{};                         // three translations, three rotations
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // orthonormal, right-handed columns
+  bool operator==(const BeamSupport&) const = default;
 };
 
 /// Where a node is brought, ramped with the load steps. A support of the same node may fix other
@@ -80,6 +81,7 @@ struct PrescribedMotion {
     return translates[0] && translates[1] && translates[2];
   }
   [[nodiscard]] bool rotates_all() const { return rotates[0] && rotates[1] && rotates[2]; }
+  bool operator==(const PrescribedMotion&) const = default;
 };
 
 /// The same motion by other axes, with zeros in directions that it does not give; nothing where one
@@ -98,6 +100,7 @@ struct NodalLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // [force length]
   LoadDirection direction = LoadDirection::kFixed;
+  bool operator==(const NodalLoad&) const = default;
 };
 
 struct DistributedLoad {
@@ -105,6 +108,7 @@ struct DistributedLoad {
   /// Per length at rest, in global axes at rest [force/length]; half goes to each node.
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   LoadDirection direction = LoadDirection::kFixed;
+  bool operator==(const DistributedLoad&) const = default;
 };
 
 /// Does an element that bends get shorter between its ends? With it an element buckles by itself

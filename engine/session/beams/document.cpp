@@ -10,6 +10,7 @@
 #include "engine/session/core/edit_request.h"
 #include "engine/session/core/keyed_items.h"
 #include "engine/session/core/limit_checks.h"
+#include "engine/session/core/taking_back.h"
 
 namespace limber::session {
 namespace {
@@ -64,13 +65,34 @@ struct BeamConditionEdits {
   std::vector<beams::NodalLoad> temporary_loads;
 };
 
+/// @throws Error{kFailedPrecondition} where what the step changed was changed since
+BeamConditions taken_back(const TakingBack& taking, BeamConditions now,
+                          const BeamConditions& before, const BeamConditions& after) {
+  const auto of_node = [](const char* what) {
+    return [what](int node) { return fmt::format("the {} of node {}", what, node); };
+  };
+  taking.list(now.supports, before.supports, after.supports, &BeamSupport::node,
+              of_node("support"));
+  taking.list(now.motions, before.motions, after.motions, &PrescribedMotion::node,
+              of_node("motion"));
+  taking.list(now.loads, before.loads, after.loads, &beams::NodalLoad::node, of_node("load"));
+  taking.list(now.distributed_loads, before.distributed_loads, after.distributed_loads,
+              &beams::DistributedLoad::element,
+              [](int element) { return fmt::format("the load of element {}", element); });
+  taking.value(now.gravity, before.gravity, after.gravity, "gravity");
+  return now;
+}
+
 }  // namespace
 
 /// One request running on a copy of the history.
 class BeamDocument::Request {
  public:
-  Request(const BeamDocument& document, const Places& places)
-      : document_(document), places_(places), history_(document.history_) {}
+  Request(const BeamDocument& document, const Places& places, Author author)
+      : document_(document),
+        places_(places),
+        history_(document.history_),
+        author_(std::move(author)) {}
 
   void apply(const BeamEdit& edit) {
     std::visit([this](const auto& what) { take(what); }, edit);
@@ -146,14 +168,36 @@ class BeamDocument::Request {
     if (!set.gravity.isZero(0) && !remark_on_gravity().empty())
       warn("gravity", remark_on_gravity());
   }
-  void take(const Undo&) {
+  void take(const Undo& undo) {
     close_step_inside();
+    const bool is_own = undo.whose == Whose::kOwn && !author_.empty();
+    const auto age = is_own ? choice().to_undo() : std::nullopt;
+    if (age) return take_back(*age);
     history_.undo();
     conditions_.reset();
   }
-  void take(const Redo&) {
+  void take(const Redo& redo) {
     close_step_inside();
+    const bool is_own = redo.whose == Whose::kOwn && !author_.empty();
+    const auto age = is_own ? choice().to_redo(history_.redo_note()) : std::nullopt;
+    if (age) return take_back(*age);
     history_.redo();
+    conditions_.reset();
+  }
+
+  [[nodiscard]] StepChoice choice() const {
+    return {history_.undo_count(),
+            [&](std::size_t age) -> const StepNote& { return history_.note(age); }, author_};
+  }
+  /// By a step of its own. Pushes acted once: they are not taken back.
+  void take_back(std::size_t age) {
+    const auto above = choice().above(age);
+    const TakingBack taking(above.empty() ? Author() : history_.note(above.front()).author);
+    conditions_.emplace(
+        taken_back(taking, *history_.now(), history_.before(age), history_.after(age)));
+    takes_back_ = history_.note(age).number;
+    begin_step();
+    close_step();
     conditions_.reset();
   }
 
@@ -262,16 +306,19 @@ class BeamDocument::Request {
       throw Error(error.code(), last_name(error.field()), error.what());
     }
     history_.step_to(std::move(made), document_.limits_.undo_depth, document_.limits_.undo_bytes,
-                     [](const BeamConditions& conditions) { return bytes_of(conditions); });
+                     [](const BeamConditions& conditions) { return bytes_of(conditions); },
+                     {author_, 0, std::exchange(takes_back_, 0)});
   }
 
   const BeamDocument& document_;
   const Places& places_;
   History history_;
   std::optional<BeamConditionEdits>
-      conditions_;        // of history_, with the edits since; none: no edits
-  bool is_open_ = false;  // edits since the last step
-  int steps_ = 0;         // closed inside the request
+      conditions_;  // of history_, with the edits since; none: no edits
+  const Author author_;
+  bool is_open_ = false;          // edits since the last step
+  std::uint64_t takes_back_ = 0;  // the number of the step that the open one takes back
+  int steps_ = 0;                 // closed inside the request
   std::optional<std::string> remark_on_gravity_;
   int edits_ = 0;  // taken
   std::vector<scene::Issue> warnings_;
@@ -284,9 +331,9 @@ BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
 }
 
 BeamDocument::Prepared BeamDocument::prepare(const std::vector<BeamEdit>& edits,
-                                             std::optional<Revision> expected,
-                                             const Places& places) const {
-  return prepare_edits(edits, expected, revision_, [&] { return Request(*this, places); });
+                                             std::optional<Revision> expected, const Places& places,
+                                             const Author& author) const {
+  return prepare_edits(edits, expected, revision_, [&] { return Request(*this, places, author); });
 }
 
 EditReceipt BeamDocument::commit(Prepared&& prepared) {

@@ -50,13 +50,14 @@ class BeamDocument {
   /// kFailedPrecondition (nothing to undo); Error{kFailedPrecondition, "expected_revision"};
   /// nothing has changed
   EditReceipt apply(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
-                    const Places& places) {
-    return commit(prepare(edits, expected, places));
+                    const Places& places, const Author& author = {}) {
+    return commit(prepare(edits, expected, places, author));
   }
   /// apply() in two parts, as LinkageDocument has them.
   using Prepared = PreparedEdits<History>;
   [[nodiscard]] Prepared prepare(const std::vector<BeamEdit>& edits,
-                                 std::optional<Revision> expected, const Places& places) const;
+                                 std::optional<Revision> expected, const Places& places,
+                                 const Author& author = {}) const;
   EditReceipt commit(Prepared&& prepared);
 
   [[nodiscard]] Revision revision() const { return revision_; }

@@ -56,7 +56,8 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
         discretisation_(discretisation),
         live_(document_.model(), std::move(shape), discretisation) {}
 
-  EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected);
+  EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
+                   const Author& author);
 
   [[nodiscard]] const BeamDocument& document() const { return document_; }
 
@@ -106,7 +107,7 @@ bool BeamSession::Impl::selects_buckling_direction(const BeamConditions& conditi
 }
 
 EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
-                                    std::optional<Revision> expected) {
+                                    std::optional<Revision> expected, const Author& author) {
   std::optional<BeamDocument::Prepared> prepared;
   return change(
       [&] {
@@ -115,7 +116,7 @@ EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
           return is_settled ? final_ : nullptr;
         });
         prepared.emplace(
-            document_.prepare(edits, expected, EquilibriumPositions(document_, settled)));
+            document_.prepare(edits, expected, EquilibriumPositions(document_, settled), author));
       },
       [&] {
         // What has temporary loads is solved to its end before an edit is looked at.
@@ -279,9 +280,9 @@ beams::BeamModel BeamSession::model() const {
 std::shared_ptr<const BeamConditions> BeamSession::conditions() const {
   return impl_->read([this] { return impl_->document().conditions(); });
 }
-EditReceipt BeamSession::edit(const std::vector<BeamEdit>& edits,
-                              std::optional<Revision> expected) {
-  return impl_->edit(edits, expected);
+EditReceipt BeamSession::edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
+                              const Author& author) {
+  return impl_->edit(edits, expected, author);
 }
 void BeamSession::cancel() { impl_->cancel(); }
 void BeamSession::close() { impl_->shut(Impl::CloseNotification::kSent); }

@@ -13,6 +13,7 @@
 #include "engine/session/beams/document.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
+#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
 
@@ -63,7 +64,9 @@ class BeamSession {
 
   /// As Session::edit. A node is held where it is only once the newest revision is solved:
   /// {kFailedPrecondition} before.
-  EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected = {});
+  /// @param author  whose edits they are, see StepChoice
+  EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected = {},
+                   const Author& author = {});
   /// Stops a running solve: a final result with status kCancelled, which holds the last
   /// equilibrium.
   void cancel();

@@ -1,7 +1,10 @@
 #include "engine/session/bodies/change_steps.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 #include <variant>
 
@@ -26,9 +29,9 @@ std::size_t bytes_of_group(const ChangeGroup& group) {
 
 /// What a change is made to: a constraint, a keyframe, or one of those there is one of.
 using Thing = std::pair<std::size_t, std::uint64_t>;
+constexpr std::size_t kConstraint = 0, kKeyframe = 1, kOthers = 2;
 
 Thing thing_of(const Change& change) {
-  constexpr std::size_t kConstraint = 0, kKeyframe = 1, kOthers = 2;
   const TouchedIds ids = touched_by(change);
   if (std::holds_alternative<ConstraintChange>(change) ||
       std::holds_alternative<TargetChange>(change))
@@ -93,10 +96,30 @@ ChangeGroup merged(std::span<const Change> changes) {
   return group;
 }
 
-void ChangeSteps::push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content) {
+std::string common_thing(const ChangeGroup& one, const ChangeGroup& other) {
+  const auto key_of = [](const Change& change) {
+    const bool is_keyframe = std::holds_alternative<KeyframeChange>(change) ||
+                             std::holds_alternative<KeyframeShift>(change);
+    return is_keyframe ? Thing{kKeyframe, 0} : thing_of(change);
+  };
+  std::set<Thing> things;
+  for (const Change& change : one) things.insert(key_of(change));
+  for (const Change& change : other) {
+    const Thing thing = key_of(change);
+    if (!things.contains(thing)) continue;
+    if (thing.first == kConstraint) return fmt::format("constraint {}", thing.second);
+    if (thing.first == kKeyframe) return "a keyframe";
+    if (std::holds_alternative<EndsChange>(change)) return "the ends";
+    return std::holds_alternative<DynamicsChange>(change) ? "the dynamics" : "the material";
+  }
+  return "";
+}
+
+void ChangeSteps::push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content,
+                       StepNote note) {
   const std::size_t bytes = bytes_of_group(*group);
   const TouchedIds ids = touched_by(*group);
-  steps_.push_back({std::move(group), content, ids, bytes});
+  steps_.push_back({std::move(group), content, ids, bytes, std::move(note)});
   bytes_ += bytes;
 }
 

@@ -5,8 +5,10 @@
 #include <deque>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "engine/session/bodies/changes.h"
+#include "engine/session/core/step_notes.h"
 
 namespace limber::session {
 
@@ -17,6 +19,10 @@ struct TouchedIds {
 };
 [[nodiscard]] TouchedIds touched_by(const Change& change);
 [[nodiscard]] TouchedIds touched_by(const ChangeGroup& group);
+
+/// What of both groups is of the same thing, in words; empty: nothing. All keyframes are one thing:
+/// there is one in a frame at most.
+[[nodiscard]] std::string common_thing(const ChangeGroup& one, const ChangeGroup& other);
 
 /// One change for each thing that `changes` are made to, in place of all those made to it. Their
 /// number is that of the things, for any change of them.
@@ -33,8 +39,9 @@ class ChangeSteps {
     std::uint64_t content = 0;  // of the document once it is applied
     TouchedIds ids;
     std::size_t bytes = 0;
+    StepNote note;
   };
-  void push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content);
+  void push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content, StepNote note = {});
   Step pop_newest();
   void drop_oldest();
   void clear() { *this = {}; }

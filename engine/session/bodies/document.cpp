@@ -116,9 +116,11 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
 
 /// One call of apply(): how to take back what it did so far.
 struct Document::Request {
-  Touched& touched;            // may name more than what changes in the end: harmless
-  ChangeGroup back;            // inverses, oldest first, of everything done
-  std::size_t step_begin = 0;  // back[step_begin ...] belongs to the running step
+  Touched& touched;  // may name more than what changes in the end: harmless
+  const Author& author;
+  ChangeGroup back;              // inverses, oldest first, of everything done
+  std::size_t step_begin = 0;    // back[step_begin ...] belongs to the running step
+  std::uint64_t takes_back = 0;  // the number of the step that the running one takes back
   /// Steps that undo (< 0) and redo (> 0) have asked for and that are not made yet, see settle().
   std::ptrdiff_t shift = 0;
   std::optional<ChangeSteps> undo, redo;  // the stacks as they were, once they have been changed
@@ -195,7 +197,7 @@ std::vector<scene::Constraint> Document::constraint_list() const {
 }
 
 EditReceipt Document::apply(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
-                            Touched& touched) {
+                            Touched& touched, const Author& author) {
   demand_request(edits.size(), expected, revision_);
 
   const std::uint64_t next_id = next_id_, content = content_;
@@ -203,7 +205,7 @@ EditReceipt Document::apply(const std::vector<BodyEdit>& edits, std::optional<Re
   EditReceipt receipt;
   receipt.constraint_ids.reserve(edits.size());
   receipt.keyframe_ids.reserve(edits.size());
-  Request request{touched, {}, 0, 0, {}, {}};
+  Request request{touched, author, {}, 0, 0, 0, {}, {}};
   std::size_t i = 0;
   const auto take_back = [&] {
     for (auto change = request.back.rbegin(); change != request.back.rend(); ++change)
@@ -270,6 +272,7 @@ void Document::exchange_edited(Document& copy) {
   std::swap(content_, copy.content_);
   std::swap(contents_, copy.contents_);
   std::swap(nodes_, copy.nodes_);
+  std::swap(steps_, copy.steps_);
   std::swap(undo_, copy.undo_);
   std::swap(redo_, copy.redo_);
 }
@@ -383,9 +386,9 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
           make(keyframes_.removed(e.id), request);
           return {0, e.id};
         } else if constexpr (std::is_same_v<T, Undo>) {
-          return turn(Turn::kUndo, request);
+          return turn(Turn::kUndo, e.whose, request);
         } else {
-          return turn(Turn::kRedo, request);
+          return turn(Turn::kRedo, e.whose, request);
         }
       },
       edit);
@@ -393,12 +396,7 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
 
 std::uint64_t Document::add(const scene::Constraint& added_value, Request& request) {
   under("constraint.", [&] { rules_.check(added_value); });
-  if (constraints_.size() >= static_cast<std::size_t>(limits_.max_constraints)) {
-    throw LimitError("constraint",
-                     fmt::format("the scene has {} constraints, the limit is {}",
-                                 constraints_.size(), limits_.max_constraints),
-                     static_cast<std::uint64_t>(limits_.max_constraints), constraints_.size() + 1);
-  }
+  demand_one_more();
   under("constraint.", [&] { demand_room(scene::node_count_of(added_value)); });
   scene::Constraint constraint = added_value;
   if (constraint.id == 0) {
@@ -423,10 +421,19 @@ std::uint64_t Document::add(const scene::Keyframe& added_value, Request& request
 
 /// Notes one step more. Of steps there and back again only those that are left in the end are made:
 /// a request that takes a step of a thousand changes back and forth a thousand times makes none.
-TouchedIds Document::turn(Turn turn, Request& request) {
+TouchedIds Document::turn(Turn turn, Whose whose, Request& request) {
   request.keep_stacks(*this);
   close_step(request);
   const bool undoes = turn == Turn::kUndo;
+  if (whose == Whose::kOwn && !request.author.empty()) {
+    const auto undone = static_cast<std::size_t>(std::max<std::ptrdiff_t>(-request.shift, 0));
+    const auto redone = static_cast<std::size_t>(std::max<std::ptrdiff_t>(request.shift, 0));
+    const StepNote* const newest = undone > 0              ? &undo_.at_age(undone - 1).note
+                                   : redone < redo_.size() ? &redo_.at_age(redone).note
+                                                           : nullptr;
+    const auto age = undoes ? choice(request).to_undo() : choice(request).to_redo(newest);
+    if (age) return take_back(*age, request);
+  }
   const ChangeSteps& ahead = undoes ? undo_ : redo_;
   const ChangeSteps& behind = undoes ? redo_ : undo_;
   const std::ptrdiff_t direction = undoes ? -1 : 1;
@@ -444,6 +451,39 @@ TouchedIds Document::turn(Turn turn, Request& request) {
   return ids;
 }
 
+/// Of the steps that can be undone once those that are noted are made.
+StepChoice Document::choice(const Request& request) const {
+  const auto undone = static_cast<std::size_t>(std::max<std::ptrdiff_t>(-request.shift, 0));
+  const auto redone = static_cast<std::size_t>(std::max<std::ptrdiff_t>(request.shift, 0));
+  const auto note = [&](std::size_t age) -> const StepNote& {
+    return age < redone ? redo_.at_age(redone - 1 - age).note
+                        : undo_.at_age(age - redone + undone).note;
+  };
+  return {undo_.size() + redone - undone, note, request.author};
+}
+
+/// By a step of its own, where nothing that it changed was changed since.
+TouchedIds Document::take_back(std::size_t age, Request& request) {
+  settle(request);
+  const ChangeSteps::Step taken = undo_.at_age(age);
+  for (const std::size_t above : choice(request).above(age)) {
+    const ChangeSteps::Step& since = undo_.at_age(above);
+    const std::string what = common_thing(*taken.group, *since.group);
+    if (!what.empty()) refuse_to_take_back(what, since.note.author);
+  }
+  for (auto change = taken.group->rbegin(); change != taken.group->rend(); ++change) {
+    const auto* const constraint = std::get_if<ConstraintChange>(&*change);
+    if (constraint != nullptr && constraint->value && !constraints_.contains(constraint->id)) {
+      demand_one_more();
+      demand_room(scene::node_count_of(*constraint->value));
+    }
+    make(*change, request);
+  }
+  request.takes_back = taken.note.number;
+  close_step(request);
+  return taken.ids;
+}
+
 /// Makes the steps that are noted. Any edit after them drops what could be redone: what steps cost
 /// was paid for when their edits were made.
 void Document::settle(Request& request) {
@@ -456,7 +496,7 @@ void Document::step(ChangeSteps& from, ChangeSteps& to, Request& request) {
   const ChangeSteps::Step taken = from.pop_newest();
   for (auto change = taken.group->rbegin(); change != taken.group->rend(); ++change)
     make(*change, request);
-  to.push(group_of(request), content_);
+  to.push(group_of(request), content_, taken.note);
   content_ = taken.content;
   request.step_begin = request.back.size();
 }
@@ -484,7 +524,8 @@ void Document::make(Change change, Request& request) {
 
 void Document::close_step(Request& request) {
   if (request.step_begin == request.back.size()) return;
-  undo_.push(group_of(request), content_);
+  undo_.push(group_of(request), content_,
+             {request.author, ++steps_, std::exchange(request.takes_back, 0)});
   content_ = ++contents_;
   while (undo_.size() > static_cast<std::size_t>(limits_.undo_depth) ||
          (undo_.bytes() > limits_.undo_bytes && undo_.size() > 1))
@@ -531,6 +572,14 @@ Change Document::exchange(Change change) {
 void Document::number(scene::Constraint& constraint) {
   while (next_id_ == 0 || constraints_.contains(next_id_)) ++next_id_;
   constraint.id = next_id_++;
+}
+
+void Document::demand_one_more() const {
+  if (constraints_.size() < static_cast<std::size_t>(limits_.max_constraints)) return;
+  throw LimitError("constraint",
+                   fmt::format("the scene has {} constraints, the limit is {}",
+                               constraints_.size(), limits_.max_constraints),
+                   static_cast<std::uint64_t>(limits_.max_constraints), constraints_.size() + 1);
 }
 
 void Document::demand_room(std::size_t nodes) const {

@@ -46,7 +46,7 @@ class Document {
   /// @throws Error{...} with field "edits[i]....", Error{kFailedPrecondition, "expected_revision"};
   /// nothing has changed
   EditReceipt apply(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
-                    Touched& touched);
+                    Touched& touched, const Author& author = {});
 
   /// Does what the first such edits take long for: where points of surfaces are in the mesh. For
   /// any thread, while others use the document.
@@ -92,7 +92,9 @@ class Document {
   std::uint64_t add(const scene::Constraint& added_value, Request& request);
   std::uint64_t add(const scene::Keyframe& added_value, Request& request);
   enum class Turn { kUndo, kRedo };
-  TouchedIds turn(Turn turn, Request& request);
+  TouchedIds turn(Turn turn, Whose whose, Request& request);
+  [[nodiscard]] StepChoice choice(const Request& request) const;
+  TouchedIds take_back(std::size_t age, Request& request);
   void settle(Request& request);
   void step(ChangeSteps& from, ChangeSteps& to, Request& request);
   [[nodiscard]] std::shared_ptr<const ChangeGroup> group_of(const Request& request) const;
@@ -100,6 +102,7 @@ class Document {
   void close_step(Request& request);
   Change exchange(Change change);
   void number(scene::Constraint& constraint);
+  void demand_one_more() const;
   void demand_room(std::size_t nodes) const;
   void demand_known(std::uint64_t id, const char* field) const;
 
@@ -118,6 +121,7 @@ class Document {
   std::uint64_t content_ = 0, contents_ = 0;  // now; newest given
   std::size_t nodes_ = 0;                     // named by constraints_
   ChangeSteps undo_, redo_;
+  std::uint64_t steps_ = 0;  // numbers given
 };
 
 }  // namespace limber::session

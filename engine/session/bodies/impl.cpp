@@ -50,7 +50,7 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
 }
 
 EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
-                                    std::optional<Revision> expected) {
+                                    std::optional<Revision> expected, const Author& author) {
   EditReceipt receipt;
   Touched touched;
   std::optional<Document> edited;
@@ -59,10 +59,10 @@ EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
         document_.prepare(edits);
         if (!document_.is_long(edits)) return;
         edited.emplace(document_);
-        receipt = edited->apply(edits, expected, touched);
+        receipt = edited->apply(edits, expected, touched, author);
       },
       [&] {
-        if (!edited) return document_.apply(edits, expected, touched_);
+        if (!edited) return document_.apply(edits, expected, touched_, author);
         document_.exchange_edited(*edited);
         touched_.add(touched);
         return std::move(receipt);

@@ -42,7 +42,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
        std::shared_ptr<ModelCache> cache, Executor executor,
        std::shared_ptr<BodyListener> listener);
 
-  EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected);
+  EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
+                   const Author& author);
   void solve_cold(std::uint64_t request);
   void look_at(spacetime::FrameSpan frames);
   /// SessionCore::cancel(), and the choice of modes.

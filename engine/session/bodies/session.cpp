@@ -51,9 +51,9 @@ std::shared_ptr<const scene::Scene> BodySession::unedited() const {
   return impl_->read([this] { return impl_->document().unedited(); });
 }
 
-EditReceipt BodySession::edit(const std::vector<BodyEdit>& edits,
-                              std::optional<Revision> expected) {
-  return impl_->edit(edits, expected);
+EditReceipt BodySession::edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
+                              const Author& author) {
+  return impl_->edit(edits, expected, author);
 }
 
 void BodySession::solve_cold(std::uint64_t request) { impl_->solve_cold(request); }

@@ -17,6 +17,7 @@
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
+#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
 #include "engine/spacetime/solver.h"
@@ -166,7 +167,9 @@ class BodySession {
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded,
   ///   kFailedPrecondition (nothing to undo or redo; the session is closed or has no model)
-  EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected = {});
+  /// @param author  whose edits they are, see StepChoice
+  EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected = {},
+                   const Author& author = {});
 
   /// Solves the current problem from z = 0. The final result that is there already stays (published
   /// again, with a message) unless this one is better. In state kFailed: tries to build again.

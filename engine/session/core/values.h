@@ -29,8 +29,16 @@ struct EditReceipt {
 };
 
 /// Edits of every kind: back to the step before the last, and on again.
-struct Undo {};
-struct Redo {};
+enum class Whose {
+  kOwn,     // the author's own, see StepChoice
+  kAnyone,  // the newest
+};
+struct Undo {
+  Whose whose = Whose::kOwn;
+};
+struct Redo {
+  Whose whose = Whose::kOwn;
+};
 /// Of structures that have weight.
 struct SetGravity {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]

@@ -10,6 +10,7 @@
 #include "engine/session/core/keyed_items.h"
 #include "engine/session/core/limit_checks.h"
 #include "engine/session/core/limit_error.h"
+#include "engine/session/core/taking_back.h"
 
 namespace limber::session {
 namespace {
@@ -32,6 +33,31 @@ std::size_t bytes_of(const LinkageConditions& conditions) {
          sizeof(double) * static_cast<std::size_t>(conditions.segment_lengths.size() +
                                                    conditions.edge_lengths.size() +
                                                    conditions.section_scales.size());
+}
+
+/// @throws Error{kFailedPrecondition} where what the step changed was changed since
+LinkageConditions taken_back(const TakingBack& taking, LinkageConditions now,
+                             const LinkageConditions& before, const LinkageConditions& after) {
+  const auto of_joint = [](const char* what) {
+    return [what](int joint) { return fmt::format("the {} of joint {}", what, joint); };
+  };
+  taking.list(now.pins, before.pins, after.pins, &scene::JointPin::joint, of_joint("pin"));
+  taking.list(now.angles, before.angles, after.angles, &scene::JointAngle::joint,
+              of_joint("angle"));
+  taking.list(now.loads, before.loads, after.loads, &scene::JointLoad::joint, of_joint("load"));
+  taking.list(now.targets, before.targets, after.targets, &LinkageTarget::id,
+              [](std::uint64_t id) { return fmt::format("target {}", id); });
+  taking.value(now.mean_angle, before.mean_angle, after.mean_angle, "the mean angle");
+  taking.value(now.gravity, before.gravity, after.gravity, "gravity");
+  const auto are_equal = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return a.size() == b.size() && a == b;
+  };
+  for (auto [sizes, what] : {std::pair{&LinkageConditions::segment_lengths, "the lengths"},
+                             std::pair{&LinkageConditions::edge_lengths, "the lengths"},
+                             std::pair{&LinkageConditions::section_scales, "the sections"}})
+    taking.value(now.*sizes, before.*sizes, after.*sizes, what, are_equal);
+  taking.value(now.erection, before.erection, after.erection, "the erection");
+  return now;
 }
 
 bool loads_nothing(const scene::JointLoad& load) {
@@ -88,8 +114,8 @@ struct LinkageConditionEdits {
 /// One request running on a copy of the state.
 class LinkageDocument::Request {
  public:
-  explicit Request(const LinkageDocument& document)
-      : document_(document), state_(document.state_) {}
+  Request(const LinkageDocument& document, Author author)
+      : document_(document), state_(document.state_), author_(std::move(author)) {}
 
   /// @returns the target the edit touched, 0 if none
   std::uint64_t apply(const LinkageEdit& edit) {
@@ -196,15 +222,40 @@ class LinkageDocument::Request {
     conditions().erection = set.erection;
     return changed();
   }
-  std::uint64_t take(const Undo&) {
+  std::uint64_t take(const Undo& undo) {
     close_step_inside();
+    const bool is_own = undo.whose == Whose::kOwn && !author_.empty();
+    const auto age = is_own ? choice().to_undo() : std::nullopt;
+    if (age) return take_back(*age);
     state_.history.undo();
     return returned();
   }
-  std::uint64_t take(const Redo&) {
+  std::uint64_t take(const Redo& redo) {
     close_step_inside();
+    const bool is_own = redo.whose == Whose::kOwn && !author_.empty();
+    const auto age = is_own ? choice().to_redo(state_.history.redo_note()) : std::nullopt;
+    if (age) return take_back(*age);
     state_.history.redo();
     return returned();
+  }
+
+  [[nodiscard]] StepChoice choice() const {
+    const auto& history = state_.history;
+    return {history.undo_count(),
+            [&](std::size_t age) -> const StepNote& { return history.note(age); }, author_};
+  }
+  /// By a step of its own.
+  std::uint64_t take_back(std::size_t age) {
+    const auto& history = state_.history;
+    const auto above = choice().above(age);
+    const TakingBack taking(above.empty() ? Author() : history.note(above.front()).author);
+    conditions_.emplace(
+        taken_back(taking, *history.now(), history.before(age), history.after(age)));
+    takes_back_ = history.note(age).number;
+    is_open_ = true;
+    close_step();
+    conditions_.reset();
+    return 0;
   }
 
   std::uint64_t returned() {
@@ -262,17 +313,20 @@ class LinkageDocument::Request {
         std::move(made), document_.limits_.undo_depth, document_.limits_.undo_bytes,
         [shape = document_.limits_.shape_bytes](const LinkageConditions& conditions) {
           return bytes_of(conditions) + shape;
-        });
+        },
+        {author_, 0, std::exchange(takes_back_, 0)});
     state_.is_return = false;
   }
 
   const LinkageDocument& document_;
   State state_;
   std::optional<LinkageConditionEdits>
-      conditions_;        // of state_, with the edits since; none: no edits
-  bool is_open_ = false;  // edits since the last step
-  int steps_ = 0;         // closed inside the request
-  int edits_ = 0;         // taken
+      conditions_;  // of state_, with the edits since; none: no edits
+  const Author author_;
+  bool is_open_ = false;          // edits since the last step
+  std::uint64_t takes_back_ = 0;  // the number of the step that the open one takes back
+  int steps_ = 0;                 // closed inside the request
+  int edits_ = 0;                 // taken
   std::vector<scene::Issue> warnings_;
 };
 
@@ -310,8 +364,9 @@ std::vector<std::shared_ptr<const LinkageConditions>> LinkageDocument::steps_bef
 }
 
 LinkageDocument::Prepared LinkageDocument::prepare(const std::vector<LinkageEdit>& edits,
-                                                   std::optional<Revision> expected) const {
-  return prepare_edits(edits, expected, revision_, [&] { return Request(*this); });
+                                                   std::optional<Revision> expected,
+                                                   const Author& author) const {
+  return prepare_edits(edits, expected, revision_, [&] { return Request(*this, author); });
 }
 
 EditReceipt LinkageDocument::commit(Prepared&& prepared) {

@@ -58,14 +58,15 @@ class LinkageDocument {
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
   /// Error{kFailedPrecondition, "expected_revision"}; nothing has changed
-  EditReceipt apply(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected) {
-    return commit(prepare(edits, expected));
+  EditReceipt apply(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected,
+                    const Author& author = {}) {
+    return commit(prepare(edits, expected, author));
   }
   /// apply() in two parts: what may take long and changes nothing, and what takes no time. The
   /// document must not change between them.
   using Prepared = PreparedEdits<State>;
   [[nodiscard]] Prepared prepare(const std::vector<LinkageEdit>& edits,
-                                 std::optional<Revision> expected) const;
+                                 std::optional<Revision> expected, const Author& author = {}) const;
   /// @param prepared  the state there was before is left in it: freeing it may take long
   EditReceipt commit(Prepared&& prepared);
 

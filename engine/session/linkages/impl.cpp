@@ -74,9 +74,9 @@ void LinkageSession::Impl::demand_editable() const {
 }
 
 EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
-                                       std::optional<Revision> expected) {
+                                       std::optional<Revision> expected, const Author& author) {
   std::optional<LinkageDocument::Prepared> prepared;
-  return change([&] { prepared.emplace(document_.prepare(edits, expected)); },
+  return change([&] { prepared.emplace(document_.prepare(edits, expected, author)); },
                 [&] {
                   if (holds_where_it_is(edits))
                     finish_first(document_.revision(),

@@ -38,7 +38,8 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   Impl(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
        std::shared_ptr<LinkageListener> listener);
 
-  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected);
+  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected,
+                   const Author& author);
 
   void start_design(DesignRequest request, std::uint64_t tag);
   void change_design(const DesignChange& change);

@@ -49,8 +49,8 @@ std::shared_ptr<const scene::LinkageConditions> LinkageSession::conditions() con
   return impl_->read([this] { return impl_->document().conditions(); });
 }
 EditReceipt LinkageSession::edit(const std::vector<LinkageEdit>& edits,
-                                 std::optional<Revision> expected) {
-  return impl_->edit(edits, expected);
+                                 std::optional<Revision> expected, const Author& author) {
+  return impl_->edit(edits, expected, author);
 }
 void LinkageSession::start_design(DesignRequest request, std::uint64_t tag) {
   impl_->start_design(std::move(request), tag);

@@ -11,6 +11,7 @@
 #include "engine/scene/linkage.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
+#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
 #include "engine/session/linkages/design_values.h"
@@ -106,7 +107,9 @@ class LinkageSession {
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
 
   /// As Session::edit; refused while a design is running.
-  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {});
+  /// @param author  whose edits they are, see StepChoice
+  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {},
+                   const Author& author = {});
   /// Stops a running solve: a final result with status kCancelled, which holds the last
   /// equilibrium. While rest lengths are solved for: the build, which has failed then.
   void cancel();

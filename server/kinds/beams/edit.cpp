@@ -69,9 +69,9 @@ session::BeamEdit decode_beam_edit(const proto::Edit& message, const std::string
     case proto::Edit::kSetGravity:
       return session::SetGravity{decode_vector(message.set_gravity().gravity())};
     case proto::Edit::kUndo:
-      return session::Undo{};
+      return session::Undo{whose(message.undo().anyone())};
     case proto::Edit::kRedo:
-      return session::Redo{};
+      return session::Redo{whose(message.redo().anyone())};
     default:
       throw invalid(path, "this is no edit of structures of beams, and the session is of one");
   }

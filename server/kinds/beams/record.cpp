@@ -33,9 +33,11 @@ void demand_held_apart(const proto::EditRequest& request) {
 
 }  // namespace
 
-proto::EditResponse BeamRecord::edit(const proto::EditRequest& request) {
+proto::EditResponse BeamRecord::edit(const proto::EditRequest& request,
+                                     const session::Author& author) {
   if (hub_.store) demand_held_apart(request);
-  return encode_beam_receipt(make_edits(request, decode_beam_edits(request, opened_.model.nodes)));
+  return encode_beam_receipt(
+      make_edits(request, decode_beam_edits(request, opened_.model.nodes), author));
 }
 
 void BeamRecord::add_scene(const proto::GetSessionRequest&,

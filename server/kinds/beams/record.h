@@ -27,7 +27,8 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
   [[nodiscard]] bool edits_are_light() const override {
     return opened_.model.elements.size() <= kLightElements;
   }
-  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request,
+                                         const session::Author& author) override;
   void add_scene(const proto::GetSessionRequest& request,
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;

@@ -73,9 +73,9 @@ session::BodyEdit decode_body_edit(const proto::Edit& message, const std::string
     case proto::Edit::kRemoveKeyframe:
       return session::RemoveKeyframe{message.remove_keyframe().id()};
     case proto::Edit::kUndo:
-      return session::Undo{};
+      return session::Undo{whose(message.undo().anyone())};
     case proto::Edit::kRedo:
-      return session::Redo{};
+      return session::Redo{whose(message.redo().anyone())};
     case proto::Edit::EDIT_NOT_SET:
       break;
     default:

@@ -34,7 +34,8 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   [[nodiscard]] const Opened& opened() const { return opened_; }
   [[nodiscard]] const char* kind() const override { return "bodies"; }
   [[nodiscard]] const char* subject() const override { return "an elastic body"; }
-  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request,
+                                         const session::Author& author) override;
   void add_scene(const proto::GetSessionRequest& request,
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;

@@ -33,7 +33,8 @@ std::size_t count_of(const std::vector<session::BodyEdit>& edits) {
 
 }  // namespace
 
-proto::EditResponse BodyRecord::edit(const proto::EditRequest& request) {
+proto::EditResponse BodyRecord::edit(const proto::EditRequest& request,
+                                     const session::Author& author) {
   const auto session = this->session();
   const auto edits =
       decode_edits(request, session->unedited()->mesh.nodes,
@@ -44,7 +45,7 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request) {
   const std::size_t poses = count_of<session::AddKeyframe>(edits);
   if (added + poses > 0)
     demand_memory(after.value_or(before + added), session->keyframes().size() + poses);
-  const session::EditReceipt receipt = make_edits(request, edits);
+  const session::EditReceipt receipt = make_edits(request, edits, author);
   // Edits with poses may be worked on beside others.
   const bool known = after && poses == 0;
   constraints_changed(known ? *after : session->constraints().size());

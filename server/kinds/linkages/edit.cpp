@@ -81,9 +81,9 @@ session::LinkageEdit decode_linkage_edit(const proto::Edit& message, const std::
       return session::SetErection{
           decode_erection(message.set_erection().erection(), path + ".erection")};
     case proto::Edit::kUndo:
-      return session::Undo{};
+      return session::Undo{whose(message.undo().anyone())};
     case proto::Edit::kRedo:
-      return session::Redo{};
+      return session::Redo{whose(message.redo().anyone())};
     default:
       throw invalid(path, "this is no edit of rod linkages, and the session is of one");
   }

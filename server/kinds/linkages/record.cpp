@@ -81,8 +81,9 @@ void LinkageRecord::welcome_more(const std::string& prefix) {
   if (info) publish_design(*info);
 }
 
-proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
-  return encode_linkage_receipt(make_edits(request, decode_linkage_edits(request)));
+proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request,
+                                        const session::Author& author) {
+  return encode_linkage_receipt(make_edits(request, decode_linkage_edits(request), author));
 }
 
 std::optional<proto::EditRequest> LinkageRecord::made_edits(const proto::Request& request) const {

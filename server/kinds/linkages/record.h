@@ -31,7 +31,8 @@ class LinkageRecord final
   [[nodiscard]] ExportBook<session::LinkageResult>& exports() { return exports_; }
   [[nodiscard]] const char* kind() const override { return "linkages"; }
   [[nodiscard]] const char* subject() const override { return "a rod linkage"; }
-  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request,
+                                         const session::Author& author) override;
   void add_scene(const proto::GetSessionRequest& request,
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;

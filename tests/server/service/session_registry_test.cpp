@@ -28,7 +28,9 @@ class PlainRecord final : public Record {
       const proto::GetGeometryRequest&) const override {
     return {};
   }
-  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest&) override { return {}; }
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest&, const session::Author&) override {
+    return {};
+  }
   void add_scene(const proto::GetSessionRequest&, proto::GetSessionResponse&) const override {}
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest&) override {
     return {};

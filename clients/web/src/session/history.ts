@@ -1,6 +1,7 @@
 /**
- * How many edits one undo takes back. A drag is many revisions and one step for who drags; what others did, or what was
- * done before this page came, is taken back one revision at a time.
+ * How many edits one undo takes back. A drag is many revisions and one step for who drags; what was done before this page
+ * came is taken back one revision at a time. The server takes back the own edits of who has a name (isOwn), whatever others
+ * did meanwhile; without a name the newest, so that what others did is taken back one revision at a time, too.
  */
 interface Gesture {
   revisions: number;
@@ -16,9 +17,9 @@ export class History {
   private undone: Gesture[] = [];
 
   /** An edit of this page was accepted. isContinued: it belongs to the gesture before. */
-  edited(revision: bigint, isContinued = false): void {
+  edited(revision: bigint, isContinued = false, isOwn = false): void {
     const newest = this.done.at(-1);
-    if (isContinued && newest && newest.last === revision - 1n) {
+    if (isContinued && newest && (isOwn || newest.last === revision - 1n)) {
       newest.revisions = Math.min(MOST, newest.revisions + 1);
       newest.last = revision;
     } else {
@@ -28,8 +29,9 @@ export class History {
   }
 
   /** Revisions to undo, where `newest` is the session's. */
-  undo(newest: bigint): number {
-    return this.done.at(-1)?.last === newest ? (this.done.at(-1)?.revisions ?? 1) : 1;
+  undo(newest: bigint, isOwn = false): number {
+    const gesture = this.done.at(-1);
+    return gesture && (isOwn || gesture.last === newest) ? gesture.revisions : 1;
   }
 
   undid(count: number, revision: bigint): void {
@@ -40,8 +42,9 @@ export class History {
     if (before) before.last = revision;
   }
 
-  redo(newest: bigint): number {
-    return this.undone.at(-1)?.last === newest ? (this.undone.at(-1)?.revisions ?? 1) : 1;
+  redo(newest: bigint, isOwn = false): number {
+    const gesture = this.undone.at(-1);
+    return gesture && (isOwn || gesture.last === newest) ? gesture.revisions : 1;
   }
 
   redid(count: number, revision: bigint): void {

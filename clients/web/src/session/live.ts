@@ -220,7 +220,7 @@ export class LiveSession {
     this.own.add(response.revision);
     this.latency.edited(response.revision, sent);
     const isUndo = edits[0]?.edit?.case === "undo" || edits[0]?.edit?.case === "redo";
-    if (!isUndo) this.history.edited(response.revision, isContinued);
+    if (!isUndo) this.history.edited(response.revision, isContinued, this.hasName);
     edits.forEach(({ edit }, i) => {
       const pose = edit?.case === "addKeyframe" ? edit.value.keyframe?.pose : undefined;
       const id = response.keyframeIds[i] ?? 0n;
@@ -238,6 +238,11 @@ export class LiveSession {
     return this.inTurn("redo");
   }
 
+  /** The server knows whose edits these are. */
+  private get hasName(): boolean {
+    return this.connection.clientName !== "";
+  }
+
   /** One after the other, and after the edits of this page that are on their way. */
   private inTurn(kind: "undo" | "redo"): Promise<void> {
     const asked = this.turn.then(() => this.step(kind));
@@ -248,7 +253,7 @@ export class LiveSession {
   /** Of what this page knows: refused where another page has edited meanwhile. */
   private async step(kind: "undo" | "redo"): Promise<void> {
     await Promise.allSettled([...this.flying]);
-    const count = this.history[kind](this.revision);
+    const count = this.history[kind](this.revision, this.hasName);
     const edits = Array.from({ length: count }, (): EditInit => ({ edit: { case: kind, value: {} } }));
     try {
       const { revision } = await this.edit(edits, false, performance.now(), this.revision);

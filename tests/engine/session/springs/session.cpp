@@ -95,7 +95,7 @@ std::shared_ptr<const Conditions> SpringSession::conditions() const {
   return impl_->read([this] { return impl_->document().conditions(); });
 }
 EditReceipt SpringSession::edit(const std::vector<SpringEdit>& edits,
-                                std::optional<Revision> expected) {
+                                std::optional<Revision> expected, const Author& /*author*/) {
   return impl_->edit(edits, expected);
 }
 void SpringSession::cancel() { impl_->cancel(); }

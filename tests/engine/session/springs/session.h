@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/session/core/executor.h"
+#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
 #include "tests/engine/session/springs/document.h"
@@ -38,7 +39,8 @@ class SpringSession {
   [[nodiscard]] std::shared_ptr<const Conditions> conditions() const;
 
   /// @throws Error as SpringDocument::prepare; {kFailedPrecondition} once it is closed
-  EditReceipt edit(const std::vector<SpringEdit>& edits, std::optional<Revision> expected = {});
+  EditReceipt edit(const std::vector<SpringEdit>& edits, std::optional<Revision> expected = {},
+                   const Author& author = {});
   void cancel();
   void close();
 

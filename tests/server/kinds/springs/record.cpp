@@ -15,8 +15,9 @@ ChainRecord::ChainRecord(Hub& hub, const SessionKey& key, std::string name,
                          session::springs::Chain opened, JobId open_job)
     : SessionRecord(hub, key, name, open_job), name_(std::move(name)), opened_(std::move(opened)) {}
 
-proto::EditResponse ChainRecord::edit(const proto::EditRequest& request) {
-  return begin_response(make_edits(request, decode_edits(request)));
+proto::EditResponse ChainRecord::edit(const proto::EditRequest& request,
+                                      const session::Author& author) {
+  return begin_response(make_edits(request, decode_edits(request), author));
 }
 
 const google::protobuf::Message* ChainRecord::edit_extension() const {

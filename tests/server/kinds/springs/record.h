@@ -17,7 +17,8 @@ class ChainRecord final
 
   [[nodiscard]] const char* kind() const override { return "springs"; }
   [[nodiscard]] const char* subject() const override { return "a chain of springs"; }
-  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request,
+                                         const session::Author& author) override;
   void add_scene(const proto::GetSessionRequest& request,
                  proto::GetSessionResponse& response) const override;
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
