@@ -20,8 +20,14 @@ std::uint64_t OpenRequests::total() const {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, total_.load()));
 }
 
-std::uint64_t OpenRequests::lasting() const {
-  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, lasting_.load()));
+unsigned OpenRequests::begin_lasting() {
+  const unsigned epoch = epoch_.load();
+  lasting_.at(epoch).fetch_add(1);
+  return epoch;
+}
+
+std::uint64_t OpenRequests::lasting_of(unsigned epoch) const {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, lasting_.at(epoch).load()));
 }
 
 std::uint64_t OpenRequests::of(const std::string& client) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <mutex>
@@ -17,18 +18,26 @@ class OpenRequests {
   void answered(const std::string& client);
   /// After the reply is sent: with a total of 0 every reply is.
   void end() { total_.fetch_sub(1); }
-  /// Of those that change something, besides.
-  void begin_lasting() { lasting_.fetch_add(1); }
-  void end_lasting() { lasting_.fetch_sub(1); }
 
-  /// Of `total()`, those that change something.
-  [[nodiscard]] std::uint64_t lasting() const;
+  /// Besides, of one that changes something. @returns what end_lasting() takes
+  [[nodiscard]] unsigned begin_lasting();
+  void end_lasting(unsigned epoch) { lasting_.at(epoch).fetch_sub(1); }
+  /// From now on requests count as new. Once.
+  void begin_epoch() { epoch_.store(1); }
+
+  /// Of `total()`, those that change something: all, or those from before begin_epoch().
+  [[nodiscard]] std::uint64_t lasting() const { return old_lasting() + lasting_of(1); }
+  [[nodiscard]] std::uint64_t old_lasting() const { return lasting_of(0); }
 
   [[nodiscard]] std::uint64_t total() const;
   [[nodiscard]] std::uint64_t of(const std::string& client) const;
 
  private:
-  std::atomic<std::int64_t> total_{0}, lasting_{0};
+  [[nodiscard]] std::uint64_t lasting_of(unsigned epoch) const;
+
+  std::atomic<std::int64_t> total_{0};
+  std::array<std::atomic<std::int64_t>, 2> lasting_{};  // by epoch
+  std::atomic<unsigned> epoch_{0};
   mutable std::mutex mutex_;
   std::unordered_map<std::string, std::uint64_t> by_client_;  // only those that have some
 };

@@ -56,14 +56,11 @@ void Ticket::deliver(std::string reply) {
   end();
 }
 
-void Ticket::note_lasting() {
-  is_lasting_ = true;
-  open_.begin_lasting();
-}
+void Ticket::note_lasting() { lasting_ = open_.begin_lasting(); }
 
 void Ticket::end() {
   open_.end();
-  if (is_lasting_) open_.end_lasting();
+  if (lasting_) open_.end_lasting(*lasting_);
 }
 
 void Ticket::keep_reply(StoredReplies& replies, RequestKey key, std::uint64_t hash) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "limber/v1/service.pb.h"
@@ -80,7 +81,7 @@ class Ticket {
   std::uint64_t id_;
   std::uint64_t client_number_ = 0;
   const std::string instance_;
-  bool is_lasting_ = false;
+  std::optional<unsigned> lasting_;  // its request changes something: OpenRequests::begin_lasting()
   const std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   StoredReplies* replies_ = nullptr;
   RequestKey key_;

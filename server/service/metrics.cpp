@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,8 @@ using Labels = std::vector<ClientMetric::Label>;
 class Families {
  public:
   MetricFamily& family(const char* name, MetricType type, const char* help) {
-    families_.push_back({std::string("limber_") + name, help, type, {}});
+    const bool is_common = std::string_view(name).starts_with("process_");
+    families_.push_back({is_common ? name : std::string("limber_") + name, help, type, {}});
     return families_.back();
   }
   void counter(const char* name, const char* help, double value) {
@@ -163,12 +165,12 @@ void add_store(Families& out, const proto::GetServerInfoResponse& info) {
             std::uint64_t{!store.fault().empty()});
 }
 
+/// By the names that Prometheus' own clients use.
 void add_process(Families& out, const proto::ProcessUse& process) {
-  out.gauge("process_resident_bytes", "Memory of the process.", process.resident_bytes());
+  out.gauge("process_resident_memory_bytes", "Memory of the process.", process.resident_bytes());
   out.counter("process_cpu_seconds_total", "Processor time of all threads.", process.cpu_s());
-  out.gauge("process_open_files", "Open file descriptors.", std::uint64_t{process.open_files()});
-  out.gauge("process_max_open_files", "File descriptors that may be open.",
-            process.most_open_files());
+  out.gauge("process_open_fds", "Open file descriptors.", std::uint64_t{process.open_files()});
+  out.gauge("process_max_fds", "File descriptors that may be open.", process.most_open_files());
   out.gauge("process_threads", "Threads.", std::uint64_t{process.threads()});
 }
 

@@ -99,17 +99,23 @@ Server::Ending Server::run() {
   return ending;
 }
 
-/// What changes something is acknowledged, and so written. Who waits for results does not hold it
-/// up.
+/// What changes something is acknowledged, and so written: first what was under way, then what came
+/// meanwhile, while nothing more is taken. Who waits for results does not hold it up.
 void Server::drain() {
   const auto begin = Clock::now();
   std::unique_lock lock(mutex_);
   if (stop_) return;
   hub_.phase.store(Phase::kDraining);
   log::info("draining: no new sessions, at most {} s", static_cast<double>(hub_.options.drain_s));
-  const auto most = std::chrono::duration<double>(hub_.options.drain_s);
-  while (!stop_ && hub_.open_requests.lasting() > 0 && Clock::now() - begin < most)
-    stop_requested_.wait_for(lock, std::chrono::milliseconds(2));
+  const std::chrono::duration<double> most(hub_.options.drain_s);
+  const auto wait_while = [&](auto is_busy) {
+    while (!stop_ && is_busy() && Clock::now() - begin < most)
+      stop_requested_.wait_for(lock, std::chrono::milliseconds(2));
+  };
+  hub_.open_requests.begin_epoch();
+  wait_while([this] { return hub_.open_requests.old_lasting() > 0; });
+  hub_.stopping.store(true);
+  wait_while([this] { return hub_.open_requests.lasting() > 0; });
   lock.unlock();
   const std::uint64_t left = hub_.open_requests.lasting();
   const std::chrono::duration<double> took = Clock::now() - begin;

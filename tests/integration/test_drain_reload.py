@@ -87,6 +87,37 @@ def test_what_is_under_way_is_acknowledged_and_new_sessions_are_refused(launch, 
     assert again.session("s").status().revision == 1
 
 
+def test_edits_that_never_cease_do_not_hold_up_a_drain_and_none_is_lost(launch, tmp_path):
+    data = tmp_path / "data"
+    server = launch("--data", str(data), "--drain-seconds", "3600")
+    session = server.open(small_scene(), session="s", progress=False)
+    held = session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
+    acknowledged, refused = [0, 0, 0], []
+
+    def drag(number):
+        with limber.connect(server.connection.endpoint) as other:
+            dragged = other.session("s")
+            try:
+                for step in range(100_000):
+                    acknowledged[number] = dragged.move(held.id, (0, 0.1 + 1e-6 * step, 0)).revision
+            except limber.LimberError as error:
+                refused.append(error.code)
+
+    threads = [threading.Thread(target=drag, args=(number,)) for number in range(3)]
+    for thread in threads:
+        thread.start()
+    while min(acknowledged) < 20:
+        time.sleep(0.01)
+    server.process.send_signal(signal.SIGTERM)
+    assert server.process.wait(20) == 0
+    for thread in threads:
+        thread.join(20)
+    assert "not acknowledged" not in server.log
+    again = launch("--data", str(data))
+    assert again.session("s").status().revision >= max(acknowledged) > 20
+    assert len(refused) == 3 and set(refused) <= {"SHUTTING_DOWN", "TIMEOUT"}, refused
+
+
 def test_a_drain_ends_in_time(launch, tmp_path):
     data = tmp_path / "data"
     server = launch("--data", str(data), "--drain-seconds", "0.2")

@@ -48,7 +48,7 @@ def test_metrics_are_in_the_text_format_and_count(server):
     assert samples["limber_build_info", (("version", server.info().server_version),)] == 1
     assert not [name for name, _ in samples if name == "limber_sessions"]
     assert samples["limber_edit_acknowledgement_seconds_count", ()] == 0
-    assert samples["limber_process_resident_bytes", ()] > 1e6 and samples["limber_process_open_files", ()] > 5
+    assert samples["process_resident_memory_bytes", ()] > 1e6 and samples["process_open_fds", ()] > 5
     assert types["limber_edit_acknowledgement_seconds"] == "histogram"
     assert not [name for name in types if name.startswith("limber_store")], "there is no store"
 
@@ -61,7 +61,7 @@ def test_metrics_are_in_the_text_format_and_count(server):
     assert later["limber_session_clients", ()] == 1
     assert later["limber_edit_acknowledgement_seconds_count", ()] == 5
     assert 0 < later["limber_edit_acknowledgement_seconds_sum", ()] < 60
-    for counted in "limber_requests_total", "limber_replies_total", "limber_process_cpu_seconds_total":
+    for counted in "limber_requests_total", "limber_replies_total", "process_cpu_seconds_total":
         assert later[counted, ()] > samples[counted, ()]
     assert "a-secret-name" not in ask(address_of(server), "/metrics")[2].decode()
 

@@ -31,5 +31,21 @@ TEST(ServerOpenRequests, AnswersToNobodyLeaveThemAsTheyAre) {
   EXPECT_EQ(open.of("a"), 1u);
 }
 
+TEST(ServerOpenRequests, ThoseThatChangeSomethingAreOldOrNew) {
+  OpenRequests open;
+  const auto first = open.begin_lasting(), second = open.begin_lasting();
+  EXPECT_EQ(open.lasting(), 2u);
+  open.end_lasting(first);
+  open.begin_epoch();
+  const auto third = open.begin_lasting();
+  EXPECT_EQ(open.old_lasting(), 1u);
+  EXPECT_EQ(open.lasting(), 2u);
+  open.end_lasting(second);
+  EXPECT_EQ(open.old_lasting(), 0u);
+  EXPECT_EQ(open.lasting(), 1u);
+  open.end_lasting(third);
+  EXPECT_EQ(open.lasting(), 0u);
+}
+
 }  // namespace
 }  // namespace limber::server
