@@ -41,8 +41,9 @@ class Server {
 
   /// Any thread, also from signals' handlers of control().
   void request_stop();
-  /// Clients in place of those that were allowed. Any thread.
-  void allow(AllowedKeys keys) { hub_.transport.allow(std::move(keys)); }
+  /// Clients in place of those that were allowed. Any thread. @throws Error, and they stay, where
+  /// the list that they are from cannot be read again
+  void allow(AllowedKeys keys) { service_.allow(std::move(keys)); }
 
   enum class Ending {
     kClean,  // everything in flight was answered, every task has ended
