@@ -11,6 +11,7 @@
 #include "clients/cli/context.h"
 #include "clients/cli/limberd.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/access.h"
 #include "clients/cpp/curve_keys.h"
 
 namespace limber::cli {
@@ -37,11 +38,7 @@ void allow(Context& context, const AccessOptions& options) {
     arguments.insert(arguments.end(), {"--", key});  // it may begin with -
     become_limberd(std::move(arguments));
   }
-  v1::AllowRequest request;
-  request.mutable_key()->set_key(key);
-  request.mutable_key()->set_role(kRoles.at(options.role));
-  request.mutable_key()->set_name(options.name);
-  const auto response = context.client().call(request);
+  const auto response = client::allow(context.client(), key, kRoles.at(options.role), options.name);
   if (context.json) return print_json(response);
   fmt::print("{}\n", described(response.key()));
   if (response.has_before() && response.before().role() != response.key().role())
@@ -52,16 +49,14 @@ void revoke(Context& context, const AccessOptions& options) {
   const std::string key =
       client::is_key_file(options.key) ? client::public_key(options.key, "key") : options.key;
   if (!options.file.empty()) become_limberd({"revoke", "--file", options.file, "--", key});
-  v1::RevokeRequest request;
-  request.set_key(key);
-  const auto response = context.client().call(request);
+  const auto response = client::revoke(context.client(), key);
   if (context.json) return print_json(response);
   fmt::print("{} is revoked\n", described(response.key()));
 }
 
 void list(Context& context, const AccessOptions& options) {
   if (!options.file.empty()) become_limberd({"allowed", "--file", options.file});
-  const auto response = context.client().call(v1::ListAllowedRequest{});
+  const auto response = client::list_allowed(context.client());
   if (context.json) return print_json(response);
   Table table({"key", "role", "name"});
   for (const auto& key : response.keys())

@@ -24,12 +24,16 @@ std::string read_key(const std::filesystem::path& path, const std::string& field
   return key;
 }
 
+enum class Readers { kNoFile, kOwner, kOthers };
+Readers readers_of(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return Readers::kNoFile;
+  return (status.st_mode & (S_IRWXG | S_IRWXO)) == 0 ? Readers::kOwner : Readers::kOthers;
+}
+
 /// What others may read is no secret.
 void demand_private(const std::filesystem::path& path, const std::string& field) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) ||
-      (status.st_mode & (S_IRWXG | S_IRWXO)) == 0)
-    return;
+  if (readers_of(path) != Readers::kOthers) return;
   throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
                     "others than its owner may read the secret key " + path.string() +
                         ": chmod 600 " + path.string());
@@ -48,7 +52,12 @@ std::string public_key(const std::string& given, const std::string& field) {
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
                       "'" + given + "' is neither a CURVE key (40 characters of Z85) nor a file");
   }
-  return read_key(is_key_file(given + ".pub") ? given + ".pub" : given, field);
+  if (is_key_file(given + ".pub")) return read_key(given + ".pub", field);
+  // Nobody but its owner may read it: a secret key looks the same, and would be sent.
+  if (!given.ends_with(".pub") && readers_of(given) == Readers::kOwner)
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
+                      given + " may hold a secret key: give FILE.pub, or the public key itself");
+  return read_key(given, field);
 }
 
 CurveKeys read_curve_keys(const std::string& server, const std::filesystem::path& key_file) {

@@ -87,8 +87,10 @@ void add_sockets(CLI::App& app, CommandLine& line) {
   app.add_option("--curve-secret-file", line.curve_secret,
                  "Secret key (Z85): encrypt, and allow binding beyond loopback")
       ->group("Security");
-  app.add_option("--curve-allow", line.curve_allow,
-                 "Public keys of the clients that may connect, one a line; read again on SIGHUP")
+  app.add_option(
+         "--curve-allow", line.curve_allow,
+         "Who may connect, a line each: KEY [view, edit or administer [NAME]]; see limber allow. "
+         "Read again on SIGHUP")
       ->group("Security");
   app.add_flag("--allow-shutdown", line.allow_shutdown,
                "Clients may stop the server by a request (`limber stop`); else only signals do")

@@ -50,7 +50,7 @@ void Attendance::note_revision(const ClientIdentity& client, std::uint64_t revis
   const auto at = std::find_if(made_.begin(), made_.end(),
                                [&](const Made& made) { return made.revision < revision; });
   if (at != made_.end() && at->revision + 1 == revision && at->client.number == client.number &&
-      at->edits == edits) {
+      at->client.name == client.name && at->edits == edits) {
     at->revision = revision;
     at->at = now;
     return;

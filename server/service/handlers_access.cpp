@@ -69,7 +69,14 @@ void Service::change_list(const Ticket& ticket, const std::function<void(AllowLi
   hub_.transport.allow(changed.keys());
 }
 
-void Service::allow(const proto::AllowRequest& request, const SharedTicket& ticket) {
+void Service::allow(AllowedKeys keys) {
+  const std::lock_guard order(list_order_);
+  const auto& curve = hub_.options.transport.curve;
+  if (curve && !curve->allow_file.empty()) keys = read_allowed_keys(curve->allow_file);
+  hub_.transport.allow(std::move(keys));
+}
+
+void Service::allow_key(const proto::AllowRequest& request, const SharedTicket& ticket) {
   const auto role = from_proto(request.key().role());
   if (!role) throw invalid("key.role", "is view, edit or administer");
   AllowList::Entry entry{request.key().key(), {*role, request.key().name()}};
@@ -90,7 +97,7 @@ void Service::allow(const proto::AllowRequest& request, const SharedTicket& tick
   ticket->answer(std::move(reply));
 }
 
-void Service::revoke(const proto::RevokeRequest& request, const SharedTicket& ticket) {
+void Service::revoke_key(const proto::RevokeRequest& request, const SharedTicket& ticket) {
   proto::Reply reply;
   std::string key;
   change_list(*ticket, [&](AllowList& list) {

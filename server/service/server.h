@@ -51,8 +51,9 @@ class Server {
   /// Calls `done` on the thread of control() once the loops of the server have come round: those of
   /// the sockets, of pages, and of timers. Any thread.
   void ask_loops(std::function<void()> done);
-  /// Clients in place of those that were allowed. Any thread.
-  void allow(AllowedKeys keys) { hub_.transport.allow(std::move(keys)); }
+  /// Clients in place of those that were allowed. Any thread. @throws Error, and they stay, where
+  /// the list that they are from cannot be read again
+  void allow(AllowedKeys keys) { service_.allow(std::move(keys)); }
 
   enum class Ending {
     kClean,  // everything in flight was answered, every task has ended

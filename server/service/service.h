@@ -39,6 +39,10 @@ class Service {
   /// Its connection has ended: what waits for a result, a job or a thread for it is released.
   void disconnected(const std::string& client);
 
+  /// Any thread: clients in place of those that were allowed, as somebody has read them from the
+  /// list. It is read again: requests may have changed it meanwhile.
+  void allow(AllowedKeys keys);
+
   /// Any thread: those that wait for a thread.
   void refuse_waiting(const Refusal& refusal);
 
@@ -147,8 +151,8 @@ class Service {
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);
   // handlers_access.cpp
   proto::ListAllowedResponse list_allowed(const proto::ListAllowedRequest&) const;
-  void allow(const proto::AllowRequest& request, const SharedTicket& ticket);
-  void revoke(const proto::RevokeRequest& request, const SharedTicket& ticket);
+  void allow_key(const proto::AllowRequest& request, const SharedTicket& ticket);
+  void revoke_key(const proto::RevokeRequest& request, const SharedTicket& ticket);
   void change_list(const Ticket& ticket, const std::function<void(AllowList&)>& change);
 
   // @throws Refusal LIMIT_EXCEEDED: one more that is not answered at once, of this client, of all

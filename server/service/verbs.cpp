@@ -172,9 +172,9 @@ Service::Verb Service::verb_of(int body) {
     case Request::kShutdown:
       return {kLight, kLasting, &S::reply_later<&Request::shutdown, &S::shut_down>};
     case Request::kAllow:
-      return {kHeavy, kLasting, &S::reply_later<&Request::allow, &S::allow>};
+      return {kHeavy, kLasting, &S::reply_later<&Request::allow, &S::allow_key>};
     case Request::kRevoke:
-      return {kHeavy, kLasting, &S::reply_later<&Request::revoke, &S::revoke>};
+      return {kHeavy, kLasting, &S::reply_later<&Request::revoke, &S::revoke_key>};
     case Request::kListAllowed:
       return {kHeavy, kNone,
               &S::reply<&Request::list_allowed, &Reply::mutable_list_allowed, &S::list_allowed>};

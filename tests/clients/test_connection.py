@@ -211,3 +211,14 @@ def test_closing_ends_requests_in_flight(fake):
     assert caught.value.code == "CANCELLED"
     with pytest.raises(limber.LimberError, match="closed"):
         connection.call("edit", service.EditRequest())
+
+
+def test_a_secret_key_is_not_taken_for_a_public_one(tmp_path):
+    from limber.connection import public_key
+    secret = tmp_path / "own.key"
+    secret.write_text("x" * 40 + "\n")
+    secret.chmod(0o600)
+    with pytest.raises(limber.LimberError, match="may hold a secret key"):
+        public_key(secret, "key")
+    (tmp_path / "own.key.pub").write_text("p" * 40 + "\n")
+    assert public_key(secret, "key") == public_key(tmp_path / "own.key.pub", "key") == public_key("p" * 40, "key") == "p" * 40

@@ -1,5 +1,6 @@
 """Who may do what: keys with roles, pages with roles, changes while clients are connected."""
 
+import contextlib
 import json
 import stat
 import subprocess
@@ -23,8 +24,9 @@ def keys(limberd, tmp_path):
     return tmp_path
 
 
-@pytest.fixture
-def endpoint(limberd, keys, cache_dir):
+@contextlib.contextmanager
+def running(limberd, keys, cache_dir):
+    """A server with these keys, a page and stored sessions: its endpoint for requests."""
     ready = keys / "ready"
     process = subprocess.Popen([str(limberd), "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0", "--web", "127.0.0.1:0",
                                 "--ready-file", ready, "--cache-dir", cache_dir, "--curve-secret-file", keys / "server.key",
@@ -43,10 +45,18 @@ def endpoint(limberd, keys, cache_dir):
 
 
 @pytest.fixture
+def endpoint(limberd, keys, cache_dir):
+    with running(limberd, keys, cache_dir) as requests:
+        yield requests
+
+
+def connected(endpoint, keys, name, **options):
+    return limber.connect(endpoint, server_key=keys / "server.key.pub", key=keys / f"{name}.key", **options)
+
+
+@pytest.fixture
 def connect(endpoint, keys):
-    def connected(name, **options):
-        return limber.connect(endpoint, server_key=keys / "server.key.pub", key=keys / f"{name}.key", **options)
-    return connected
+    return lambda name, **options: connected(endpoint, keys, name, **options)
 
 
 @pytest.fixture
@@ -171,9 +181,21 @@ def test_pages_may_do_what_their_token_says(connect, run):
     assert "token" not in run("administer", "--json", "info").stdout.replace("web_tokens\":[]", "").replace("web_token\":\"\"", "")
 
 
-def test_a_parked_session_is_removed_by_those_who_administer(connect, endpoint, keys):
-    with connect("edit") as editing:
-        editing.open(small_scene(), session="open", progress=False).close()  # as long as it is open
+def test_a_parked_session_is_removed_by_those_who_administer(limberd, keys, cache_dir):
+    with running(limberd, keys, cache_dir) as endpoint, connected(endpoint, keys, "edit") as editing:
+        for name in ("one", "two"):
+            editing.open(small_scene(), session=name, progress=False)
+        editing.session("two").close()  # as long as it is open
+        editing.open(small_scene(), session="two", progress=False)
+    with running(limberd, keys, cache_dir) as endpoint, connected(endpoint, keys, "edit") as editing:
+        close = service.CloseSessionRequest(session="one")
+        with pytest.raises(limber.LimberError, match="to remove a parked session needs the role administer") as caught:
+            editing.connection.call("close_session", close)
+        assert (caught.value.code, caught.value.field) == ("PERMISSION_DENIED", "session")
+        editing.session("two").close()  # it has come back, and is open
+        with connected(endpoint, keys, "administer") as administering:
+            administering.connection.call("close_session", close)
+            assert administering.sessions() == []
 
 
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o644])

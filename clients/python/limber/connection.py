@@ -64,8 +64,13 @@ def public_key(given: "str | os.PathLike[str]", name: str) -> str:
         if len(str(given)) == 40:
             return str(given)
         raise LimberError("INVALID_ARGUMENT", f"{given!r} is neither a CURVE key (40 characters of Z85) nor a file", name)
-    beside = f"{os.fspath(given)}.pub"
-    return _read_key(beside if os.path.exists(beside) else given, name)
+    file = os.fspath(given)
+    if os.path.exists(f"{file}.pub"):
+        return _read_key(f"{file}.pub", name)
+    # Nobody but its owner may read it: a secret key looks the same, and would be sent.
+    if os.name == "posix" and not str(file).endswith(".pub") and not os.stat(file).st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+        raise LimberError("INVALID_ARGUMENT", f"{file} may hold a secret key: give FILE.pub, or the public key itself", name)
+    return _read_key(file, name)
 
 
 def _demand_private(path: "str | os.PathLike[str]") -> None:

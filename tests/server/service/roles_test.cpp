@@ -202,6 +202,17 @@ TEST_F(AccessTest, TheRevokedAreCutOffWithTheirStreams) {
   EXPECT_TRUE(client(Role::kEdit).call(info_request()).has_get_server_info());
 }
 
+TEST_F(AccessTest, WhoReadTheListBeforeAChangeDoesNotUndoIt) {
+  const AllowedKeys read_before = read_allowed_keys(list_);
+  ASSERT_TRUE(client(Role::kAdminister).call(revoke("the-edit")).has_revoke());
+  server()->allow(read_before);
+  EXPECT_FALSE(client(Role::kEdit).ask(info_request(), milliseconds(300)));
+  EXPECT_TRUE(client(Role::kView).call(info_request()).has_get_server_info());
+  std::ofstream(list_) << "no list\n";
+  EXPECT_THROW(server()->allow(read_before), Error);
+  EXPECT_TRUE(client(Role::kView).call(info_request()).has_get_server_info());
+}
+
 TEST_F(AccessTest, NobodyLocksEverybodyOut) {
   auto changing = client(Role::kAdminister);
   const std::string own = of(Role::kAdminister).public_key;
