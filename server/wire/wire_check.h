@@ -20,7 +20,7 @@ struct WireBudget {
 /// @throws Refusal MALFORMED where the bytes are no message; INVALID_ARGUMENT with the path of the
 /// field where it is
 ///   unknown, has the wrong wire type, is given twice (a oneof too), holds an unknown enum value,
-///   NaN or infinity, or is a group; LIMIT_EXCEEDED for too many submessages.
+///   NaN, infinity or a text with a zero byte, or is a group; LIMIT_EXCEEDED for too many submessages.
 void check_wire(std::string_view bytes, const google::protobuf::Descriptor& type,
                 WireBudget& budget);
 /// The same of a message that is alone.
