@@ -2,6 +2,7 @@
 
 option(LIMBER_WERROR "Treat warnings as errors" ON)
 set(LIMBER_SANITIZE "" CACHE STRING "Sanitizers, comma-separated: address,undefined or thread")
+option(LIMBER_FUZZ "Build the targets of tests/fuzz with libFuzzer; clang alone has it" OFF)
 set(LIMBER_ARCH "auto" CACHE STRING "-march value; auto: x86-64-v3 where the building machine has AVX2 and FMA, else the default")
 
 add_library(limber_flags INTERFACE)
@@ -37,6 +38,9 @@ if(LIMBER_SANITIZE)
     target_compile_options(limber_flags INTERFACE -Wno-maybe-uninitialized)
   endif()
   target_link_options(limber_flags INTERFACE -fsanitize=${LIMBER_SANITIZE})
+  if(LIMBER_FUZZ)
+    target_compile_options(limber_flags INTERFACE -fsanitize=fuzzer-no-link)
+  endif()
   if(LIMBER_SANITIZE MATCHES "undefined")
     target_compile_options(limber_flags INTERFACE -fno-sanitize-recover=undefined)
   endif()

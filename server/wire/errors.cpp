@@ -5,8 +5,8 @@
 #include <new>
 
 #include "engine/session/core/limit_error.h"
-#include "server/wire/abbreviate.h"
 #include "server/wire/enum_table.h"
+#include "server/wire/readable.h"
 
 namespace limber::server {
 
@@ -43,24 +43,16 @@ constexpr EnumTable<ErrorCode, proto::ErrorCode> kErrorCodes{
 
 proto::ErrorCode to_proto(ErrorCode code) { return kErrorCodes.encode(code); }
 
-namespace {
-
-// Messages repeat names and paths of requests, which may have the size of a request.
-constexpr std::size_t kMaxOfMessage = 4000, kMaxOfField = 1000;
-
-}  // namespace
-
 proto::Error error_to_proto(const std::exception& fault, const std::string& prefix) {
   proto::Error error;
   if (const auto* refusal = dynamic_cast<const Refusal*>(&fault)) {
     error.set_code(refusal->code());
-    error.set_field(abbreviate(refusal->field(), kMaxOfField));
+    error.set_field(field_text(refusal->field()));
     for (const auto& [key, value] : refusal->details())
-      (*error.mutable_details())[key] = abbreviate(value, kMaxOfField);
+      (*error.mutable_details())[key] = field_text(value);
   } else if (const auto* engine = dynamic_cast<const Error*>(&fault)) {
     error.set_code(to_proto(engine->code()));
-    if (!engine->field().empty())
-      error.set_field(abbreviate(prefix + engine->field(), kMaxOfField));
+    if (!engine->field().empty()) error.set_field(field_text(prefix + engine->field()));
     if (const auto* limit = dynamic_cast<const session::LimitError*>(engine)) {
       (*error.mutable_details())["limit"] = std::to_string(limit->limit());
       (*error.mutable_details())["value"] = std::to_string(limit->value());
@@ -72,7 +64,7 @@ proto::Error error_to_proto(const std::exception& fault, const std::string& pref
   } else {
     error.set_code(proto::ERROR_CODE_INTERNAL);
   }
-  error.set_message(abbreviate(fault.what(), kMaxOfMessage));
+  error.set_message(message_text(fault.what()));
   return error;
 }
 

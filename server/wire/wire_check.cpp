@@ -4,9 +4,11 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -151,10 +153,20 @@ class Walker {
       submessage(field, step, depth);
     } else if (wire == Wire::WIRETYPE_LENGTH_DELIMITED) {
       const int length = read_length(step);
+      if (field.type() == FieldDescriptor::TYPE_STRING) demand_no_zero(length, step);
       if (!in_.Skip(length)) throw truncated(&step);
     } else {
       number(field, expected, step);
     }
+  }
+
+  /// A zero byte ends a path, and a message that repeats the text.
+  void demand_no_zero(int length, const Step& step) {
+    const void* text = nullptr;
+    int there = 0;
+    if (length == 0 || !in_.GetDirectBufferPointer(&text, &there)) return;
+    if (std::memchr(text, 0, static_cast<std::size_t>(std::min(length, there))) != nullptr)
+      throw invalid(path_of(&step), "the text has a zero byte");
   }
 
   int read_length(const Step& step) {

@@ -19,10 +19,10 @@ struct WireBudget {
 /// Walks serialised bytes beside their descriptor, before any memory is spent on them.
 /// @throws Refusal MALFORMED where the bytes are no message; UNSUPPORTED for a request or an edit
 /// of
-///   a kind that is unknown; INVALID_ARGUMENT with the path of the field where it is
-///   unknown (but in GetServerInfoRequest, where it is passed over), has the wrong wire type, is
-///   given twice (a oneof too), holds an unknown enum value, NaN or infinity, or is a group;
-///   LIMIT_EXCEEDED for too many submessages.
+///   a kind that is unknown; INVALID_ARGUMENT with the path of the field where it is unknown (but
+///   in GetServerInfoRequest, where it is passed over), has the wrong wire type, is given twice (a
+///   oneof too), holds an unknown enum value, NaN, infinity or a text with a zero byte, or is a
+///   group; LIMIT_EXCEEDED for too many submessages.
 void check_wire(std::string_view bytes, const google::protobuf::Descriptor& type,
                 WireBudget& budget);
 /// The same of a message that is alone.

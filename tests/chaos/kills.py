@@ -127,7 +127,7 @@ def run(options):
         folder = Path(folder)
         running = Restartable(find_binary("limberd"), folder, folder / "cache", "--data", str(folder / "data"),
                               "--data-outlives", options.outlives)
-        with contextlib.closing(running), limber.connect(running.endpoint) as server:
+        with contextlib.closing(running), limber.connect(running.endpoint, timeout=60) as server:
             drags = [Body(server, "body", {"scene": small_scene()}), Linkage(server, "linkage", {"scene": strip_scene()}),
                      Beams(server, "beams", {"sample": "arch"})]
             for kill in range(options.kills):

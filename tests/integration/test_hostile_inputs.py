@@ -11,6 +11,7 @@ import pytest
 import zmq
 from conftest import small_scene, tip_of
 from limber.v1 import beams_pb2 as beams
+from limber.v1 import scene_pb2 as scene_messages
 from limber.v1 import service_pb2 as service
 from refusals import refusal
 
@@ -221,3 +222,40 @@ def test_a_file_at_an_ipc_path_is_not_overwritten(limberd, tmp_path):
                           "--no-cache"], capture_output=True, text=True, timeout=20)
     assert ran.returncode == 1 and "no socket" in ran.stderr
     assert (tmp_path / "notes").read_text() == "mine"
+
+
+# ---- files that are no text ----
+
+@pytest.mark.parametrize("name, content", [("a.inp", b"*NODE\n1, 0,0,0\n*ELEMENT, TYPE=\xff\xfe\n1, 1,2,3,4\n"), ("a.inp", b"\x00\xff"),
+                                           ("a.msh", b"$MeshFormat\n\xff"), ("\x00.node", b"1")],
+                         ids=["kind", "zero", "version", "name"])
+def test_refusals_of_bytes_that_are_no_text_can_be_read(server, name, content):
+    """The words of readers repeat what they read; a reply with such bytes would be none to any client."""
+    scene = scene_messages.Scene(frames=20)
+    scene.mesh.file.name, scene.mesh.file.content = name, content
+    with pytest.raises(limber.LimberError) as caught:
+        server.open(scene, progress=False)
+    assert caught.value.code in ("INVALID_ARGUMENT", "UNSUPPORTED", "NOT_FOUND") and caught.value.message
+
+
+def test_warnings_of_bytes_that_are_no_text_can_be_read(server):
+    scene = scene_messages.Scene(frames=20)
+    scene.mesh.file.name = "a.veg"
+    scene.mesh.file.content = (b"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n"
+                               b"*INCLUDE \xc3.veg\n")
+    issues = server.connection.call("validate_scene", service.ValidateSceneRequest(scene=scene), timeout=10).issues
+    assert any("is not there" in issue.message for issue in issues)
+
+
+def test_a_small_file_does_not_take_much_memory(server):
+    """A list that is included a thousand times: 600 kB that took gigabytes."""
+    mesh = b"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n"
+    scene = scene_messages.Scene(frames=20)
+    scene.mesh.file.name = "a.veg"
+    scene.mesh.file.content = mesh + b"".join(b"*SET s%d\n*INCLUDE ids.veg\n" % i for i in range(900))
+    scene.mesh.file.companions["ids.veg"] = b"1," * 300_000 + b"1\n"
+    before = memory_of(server.process.pid)
+    with pytest.raises(limber.LimberError) as caught:
+        server.open(scene, progress=False)
+    assert caught.value.code == "LIMIT_EXCEEDED" and "include each file once" in str(caught.value)
+    assert memory_of(server.process.pid) < before + 100e6

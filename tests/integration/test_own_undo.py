@@ -86,7 +86,7 @@ def test_other_kinds_do_the_same(server, sample, mine, other, same):
         opened = ana.open(sample=sample, progress=False)
         opened.wait(timeout=300)
         of_ben = ben.session(opened.id)
-        energy = opened.result().energy
+        energy = opened.wait(timeout=300).energy
         mine(opened)
         other(of_ben)
         opened.wait(timeout=300)

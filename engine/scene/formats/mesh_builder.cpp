@@ -54,6 +54,22 @@ void MeshBuilder::add_tet(std::int64_t label, const std::array<std::int64_t, 4>&
   tets_.push_back({label, node_labels, line});
 }
 
+void MeshBuilder::ignore_cell(const std::string& kind, std::int64_t count) {
+  constexpr std::size_t kKinds = 20, kBytesOfName = 40;
+  const std::string name = kind.substr(0, kBytesOfName);
+  const bool is_listed = ignored_.size() < kKinds || ignored_.contains(name);
+  ignored_[is_listed ? name : "of other kinds"] += count;
+}
+
+void MeshBuilder::warn(std::string message) {
+  constexpr std::size_t kWarnings = 50;
+  if (warnings_.size() < kWarnings) {
+    warnings_.push_back(std::move(message));
+  } else {
+    ++further_warnings_;
+  }
+}
+
 MeshReading MeshBuilder::finish() {
   if (nodes_.empty()) file_.fail("the file has no nodes");
   if (tets_.empty()) {
@@ -95,6 +111,8 @@ MeshReading MeshBuilder::finish() {
     warnings_.push_back(std::to_string(curved_tets_) +
                         " tetrahedra of higher order are read by their corners");
   }
+  if (further_warnings_ > 0)
+    warnings_.push_back("there are " + std::to_string(further_warnings_) + " further warnings");
   result.warnings = std::move(warnings_);
   return result;
 }

@@ -47,9 +47,11 @@ class MeshBuilder {
                std::int64_t line);
   /// A tet of higher order, of which the corners were taken.
   void count_curved_tet() { ++curved_tets_; }
-  /// A cell that is no tet, e.g. "triangle".
-  void ignore_cell(const std::string& kind, std::int64_t count = 1) { ignored_[kind] += count; }
-  void warn(std::string message) { warnings_.push_back(std::move(message)); }
+  /// A cell that is no tet, e.g. "triangle". A file may name any number of kinds, of any length:
+  /// those beyond the first 20 are counted together, and names are cut.
+  void ignore_cell(const std::string& kind, std::int64_t count = 1);
+  /// Of more than 50 warnings the rest is counted.
+  void warn(std::string message);
 
   [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
   [[nodiscard]] std::size_t tet_count() const { return tets_.size(); }
@@ -71,6 +73,7 @@ class MeshBuilder {
   std::map<std::string, std::int64_t> ignored_;
   std::int64_t curved_tets_ = 0;
   std::vector<std::string> warnings_;
+  std::int64_t further_warnings_ = 0;
 };
 
 }  // namespace limber::scene::formats

@@ -44,7 +44,8 @@ struct MeshReadLimits {
 /// for truncated,
 ///   inconsistent or non-numeric content and for a file without tets; {kUnsupported} for a format,
 ///   version or encoding that is not read; {kNotFound} for a companion without which there is no
-///   mesh; {kLimitExceeded} for arrays beyond the limits.
+///   mesh; {kLimitExceeded} for arrays beyond the limits, and for VegaFEM files that include others
+///   so often that twice their bytes (and 1 MiB) are read.
 [[nodiscard]] MeshReading read_mesh(const MeshFileSet& files, const MeshReadLimits& limits = {});
 
 /// The same from disk. Companions are found beside the file: the other half of a TetGen pair

@@ -111,10 +111,25 @@ class VegaReader {
     if (++depth_ > 8 || ++includes_ > 1000) {
       text.fail_at(line, "*INCLUDE is nested too deeply or used too often");
     }
+    // Each time that a file is read its numbers are stored again.
+    included_bytes_ += companion->second.size();
+    if (included_bytes_ > most_included_bytes()) {
+      throw Error(ErrorCode::kLimitExceeded, text.name(),
+                  text.name() + ":" + std::to_string(line) + ": with " + in_quotes(name) +
+                      ", *INCLUDE lines read " + std::to_string(included_bytes_) +
+                      " bytes, more than twice the included files; include each file once");
+    }
     TextCursor inner(name, companion->second);
     prepare(inner);
     read_sections(inner);
     --depth_;
+  }
+
+  /// A small file may be included as often as it likes.
+  [[nodiscard]] std::size_t most_included_bytes() const {
+    std::size_t bytes = 1 << 20;
+    for (const auto& companion : companions_) bytes += 2 * companion.second.size();
+    return bytes;
   }
 
   void read_vertex(TextCursor& text) {
@@ -222,6 +237,7 @@ class VegaReader {
   bool is_tet_ = false;
   int depth_ = 0;
   int includes_ = 0;
+  std::size_t included_bytes_ = 0;
   std::string element_kind_;
   std::string name_;
   std::map<std::string, std::vector<std::int64_t>> sets_;

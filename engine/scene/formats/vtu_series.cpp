@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <pugixml.hpp>
+#include <string_view>
+#include <unordered_set>
 
 #include "engine/base/error.h"
 #include "engine/scene/formats/readers.h"
@@ -56,6 +58,14 @@ std::vector<std::string> pvd_files(const std::string& name, std::string_view con
                     fmt::format("{} and {} are of the same time {:g}: one file per frame is read",
                                 sets[i - 1].file, sets[i].file, sets[i].time));
     }
+  }
+  // A short list of one long file would be read for hours.
+  std::unordered_set<std::string_view> listed;
+  for (const TimedFile& set : sets) {
+    if (!listed.insert(set.file).second)
+      refuse_series(
+          name,
+          fmt::format("{} is listed for two times: each frame has a file of its own", set.file));
   }
   for (TimedFile& set : sets) files.push_back(std::move(set.file));
   return files;

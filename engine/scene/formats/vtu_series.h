@@ -17,8 +17,8 @@ struct VtuFrame {
 
 /// The .vtu files that a ParaView .pvd lists, in the order of their times; names as it writes them,
 /// relative to it.
-/// @throws Error{kInvalidArgument} with `name` as field for what is no .pvd, lists no file, or two
-/// for the same time (parts of one body in several files)
+/// @throws Error{kInvalidArgument} with `name` as field for what is no .pvd, lists no file, two
+/// for the same time (parts of one body in several files), or one for two times
 [[nodiscard]] std::vector<std::string> pvd_files(const std::string& name, std::string_view content);
 
 /// A motion from one .vtu per frame: the points of each are the positions of the nodes in its

@@ -145,7 +145,9 @@ int open_crowded_edges(Stuffing& s) {
   std::vector<std::vector<int>> around;
   std::vector<int> mark(s.tets.size(), -1);
   int stamp = 0, dropped = 0;
-  for (const auto& [edge, triangles] : triangles_of_edge) {
+  for (const auto& counted : triangles_of_edge) {
+    const auto& edge = counted.first;
+    const int triangles = counted.second;
     if (triangles <= 2) continue;
     if (around.empty()) around = tets_of_nodes(s);
     std::vector<int> members;

@@ -179,5 +179,55 @@ TEST(MeshFormats, IncludesThatMultiplyOrNeverEndAreRefused) {
   }
 }
 
+/// A reply has what a reader says of a file: its length must not be that of the file.
+TEST(MeshFormatsErrors, WhatIsSaidOfAFileIsShort) {
+  const std::string nodes = "*NODE\n1, 0,0,0\n2, 1,0,0\n3, 0,1,0\n4, 0,0,1\n";
+  const std::string tet = "*ELEMENT, TYPE=C3D4\n1, 1,2,3,4\n";
+  std::string others;
+  for (int i = 0; i < 5000; ++i)
+    others += "*ELEMENT, TYPE=KIND" + std::to_string(i) + "\n" + std::to_string(i + 2) + ", 1,2\n";
+  others += "*ELEMENT, TYPE=" + std::string(100'000, 'x') + "\n9999, 1,2\n";
+  try {
+    (void)read_mesh({"a.inp", nodes + others, {}});
+    ADD_FAILURE() << "there are no tets";
+  } catch (const Error& error) {
+    EXPECT_LT(std::string(error.what()).size(), 2000U);
+  }
+  const MeshReading reading = read_mesh({"a.inp", nodes + tet + others, {}});
+  EXPECT_LT(reading.warnings.size(), 30U);
+  for (const auto& warning : reading.warnings) EXPECT_LT(warning.size(), 200U);
+
+  std::string includes;
+  for (int i = 0; i < 5000; ++i) includes += "*INCLUDE part" + std::to_string(i) + ".veg\n";
+  const MeshReading parts = read_mesh({"a.veg",
+                                       "*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 "
+                                       "1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n" +
+                                           includes,
+                                       {}});
+  EXPECT_LT(parts.warnings.size(), 60U);
+}
+
+/// Else 600 kB of files take gigabytes of memory.
+TEST(MeshFormatsErrors, VegaIncludesBringNoMoreThanTheirFiles) {
+  const std::string mesh =
+      "*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n";
+  std::string ids;
+  for (int i = 0; i < 100'000; ++i) ids += "1, ";
+  std::string sets;
+  for (int i = 0; i < 20; ++i) sets += "*SET s" + std::to_string(i) + "\n*INCLUDE ids.veg\n";
+  try {
+    (void)read_mesh({"a.veg", mesh + sets, {{"ids.veg", ids}}});
+    ADD_FAILURE() << "was read";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+    EXPECT_THAT(error.what(), HasSubstr("include each file once"));
+  }
+  // As often as it likes, where it is small.
+  EXPECT_EQ(read_mesh({"a.veg", mesh + sets, {{"ids.veg", "1\n"}}}).mesh.tet_count(), 1);
+  EXPECT_EQ(read_mesh({"a.veg", mesh + "*SET s\n*INCLUDE ids.veg\n", {{"ids.veg", ids}}})
+                .mesh.tet_count(),
+            1);
+}
+
 }  // namespace
 }  // namespace limber::scene

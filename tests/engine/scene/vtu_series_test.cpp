@@ -105,6 +105,8 @@ TEST(VtuSeries, BadPvdFilesAreRefused) {
               HasSubstr("no files"));
   EXPECT_THAT(message(write_pvd({"a.vtu", ""}, {0, 1})), HasSubstr("DataSet 1 names no file"));
   EXPECT_THAT(message(write_pvd({"a.vtu", "b.vtu"}, {1, 1})), HasSubstr("a.vtu and b.vtu"));
+  EXPECT_THAT(message(write_pvd({"a.vtu", "b.vtu", "a.vtu"}, {0, 1, 2})),
+              HasSubstr("a.vtu is listed for two times"));
 }
 
 }  // namespace

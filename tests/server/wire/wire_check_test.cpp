@@ -72,6 +72,18 @@ TEST(WireCheck, NumbersThatAreNotFinite) {
   }
 }
 
+TEST(WireCheck, TextsWithZeroBytes) {
+  proto::Request request = open_request(small_scene());
+  auto& file = *request.mutable_open_session()->mutable_scene()->mutable_mesh()->mutable_file();
+  file.set_name(std::string("a\0.msh", 6));
+  file.set_content(std::string(3, '\0'));  // bytes may have them
+  EXPECT_EQ(refusal_of(request.SerializeAsString()).field(), "open_session.scene.mesh.file.name");
+  file.set_name("a.msh");
+  EXPECT_NO_THROW(check_wire(request.SerializeAsString(), request_type()));
+  (*file.mutable_companions())[std::string("\0", 1)] = "bytes";
+  EXPECT_THAT(refusal_of(request.SerializeAsString()).field(), HasSubstr("companions"));
+}
+
 TEST(WireCheck, EnumValuesNobodyDefined) {
   proto::Request request = edit_with_two();
   request.mutable_edit()->mutable_edits(1)->mutable_add()->mutable_constraint()->set_axes(

@@ -1,0 +1,263 @@
+#!/usr/bin/python3
+"""Writes the small inputs that fuzzing starts from, corpus/TARGET, from files and messages of the tests.
+
+usage: tests/fuzz/make_corpus.py    (needs the Python client's messages: scripts/build release limber_python_proto)"""
+
+import struct
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path[:0] = [str(ROOT / "clients/python"), str(ROOT / "tests/integration")]
+
+import limber  # noqa: E402
+from google.protobuf import json_format  # noqa: E402
+from google.protobuf.descriptor import FieldDescriptor as Field  # noqa: E402
+from limber.v1 import scene_pb2, service_pb2, stored_pb2  # noqa: E402
+
+SEPARATOR = b"\n%%%\n"
+DATA = ROOT / "tests/engine/scene/data"
+VEGA = b"""*VERTICES
+5 3 0 0
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 0 0 1
+5 1 1 1
+*ELEMENTS
+TET
+2 4 0
+1 1 2 3 4
+2 2 3 4 5
+*MATERIAL A
+ENU, 1000, 1e6, 0.45
+*SET one
+1
+*REGION
+one, A
+*INCLUDE more.veg
+"""
+ELASTIC = b"""*groups 2
+*MATERIAL, NAME=GROUP_0
+*ELASTIC
+7e+06, 0.45
+*DENSITY 100
+*num_of_tets 1
+*MATERIAL, NAME=GROUP_1
+*ELASTIC
+1e+04, 0.45
+*DENSITY 100
+*num_of_tets 1
+*ELSET, ELSET=GROUP_0
+0
+*ELSET, ELSET=GROUP_1
+1
+"""
+POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+OBJ = b"mtllib a.mtl\n" + b"".join(b"v %d %d %d\n" % p for p in POINTS) + b"".join(
+    b"f %d/1/1 %d//2 %d\n" % tuple(i + 1 for i in f) for f in FACES)
+JOB = (b'{"beam material":[0.3,1e9],"cross section dim":[0.015,0.015],"fixed vertices":[[0,[0,1,2,3,4,5]]],'
+       b'"forces":[[1,[0.0,0.0,5.0,0.0,0.0,0.0]]],"label":"a","mesh filename":"a.ply","meshLabel":"a"}')
+LINES = b"v 0 0 0\nv 1 0.5 0\nv 1 1 0\nv 0 1 0.25\nl 1 2\nl 2 3 4\nl -1 -4\n"
+
+
+def ply(kind):
+    order = "<" if kind == "binary_little_endian" else ">"
+    head = (f"ply\nformat {kind} 1.0\ncomment a\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\n"
+            "element face 4\nproperty list uchar int vertex_indices\nend_header\n").encode()
+    if kind == "ascii":
+        return head + b"".join(b"%d %d %d\n" % p for p in POINTS) + b"".join(b"3 %d %d %d\n" % f for f in FACES)
+    return head + b"".join(struct.pack(order + "fdf", *p) for p in POINTS) + b"".join(
+        struct.pack(order + "Biii", 3, *f) for f in FACES)
+
+
+def edge_ply():
+    return (b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n"
+            b"property float ny\nproperty float nz\nelement edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+            b"0 0 0 0 0 1\n1 0 0 0 0 1\n2 0 0.5 0 1 0\n0 1\n1 2\n")
+
+
+def stl(is_binary):
+    corners = [[POINTS[i] for i in face] for face in FACES]
+    if is_binary:
+        return bytes(80) + struct.pack("<I", 4) + b"".join(
+            struct.pack("<12fH", 0, 0, 0, *(x for p in triangle for x in p), 0) for triangle in corners)
+    return b"solid a\n" + b"".join(b"facet normal 0 0 1\nouter loop\n" + b"".join(b"vertex %d %d %d\n" % p for p in t) +
+                                   b"endloop\nendfacet\n" for t in corners) + b"endsolid a\n"
+
+
+def fill(message, depth=0):
+    """Every field once: of repeated ones two entries, of a oneof the last."""
+    for field in message.DESCRIPTOR.fields:
+        if field.containing_oneof is not None and field != field.containing_oneof.fields[-1] and depth > 0:
+            continue
+        count = 2 if field.label == Field.LABEL_REPEATED else 1
+        if field.message_type is not None and field.message_type.GetOptions().map_entry:
+            continue
+        for i in range(count):
+            if field.type == Field.TYPE_MESSAGE:
+                if depth > 4 or field.message_type.full_name.startswith("google."):
+                    continue
+                part = getattr(message, field.name).add() if count == 2 else getattr(message, field.name)
+                if count == 1:
+                    part.SetInParent()
+                fill(part, depth + 1)
+                continue
+            value = {Field.TYPE_STRING: "s", Field.TYPE_BYTES: bytes(8), Field.TYPE_BOOL: True, Field.TYPE_DOUBLE: 0.5,
+                     Field.TYPE_FLOAT: 0.5, Field.TYPE_ENUM: 1}.get(field.type, i + 1)
+            if count == 2:
+                getattr(message, field.name).append(value)
+            else:
+                setattr(message, field.name, value)
+
+
+def scenes():
+    """Of every kind, small."""
+    import numpy as np
+    nodes = np.array(POINTS + [(1, 1, 1)], dtype=float)
+    tets = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
+    body = limber.scene_from_arrays(nodes, tets, frames=20, fixed_nodes=[0, 1, 2], modes=2, youngs_modulus=1e5)
+    body.constraints.add(nodes=[3], frame=10, id=1).displacement.y = 0.25
+    group = body.material_groups.add(tets=[1])
+    group.material.youngs_modulus, group.material.poissons_ratio, group.material.density = 1e6, 0.2, 3000
+    uploaded = scene_pb2.Scene(name="file", frames=20, fixed_nodes=[0, 1, 2])
+    uploaded.mesh.file.name = "a.veg"
+    uploaded.mesh.file.content = VEGA
+    uploaded.mesh.file.companions["a.elastic"] = ELASTIC
+    moving = scene_pb2.Scene()
+    moving.CopyFrom(body)
+    moving.base_motion.pc2 = pc2(5, 20)
+    moving.surface.file.name, moving.surface.file.content = "a.obj", OBJ
+    linkage = scene_pb2.Scene(name="linkage")
+    linkage.linkage.lines.file.name, linkage.linkage.lines.file.content = "a.obj", LINES
+    section = linkage.linkage.section
+    section.rectangle.width = section.rectangle.height = 0.01
+    beams = scene_pb2.Scene(name="beams")
+    structure = beams.beams.structure
+    structure.nodes.add().position.x = 0
+    structure.nodes.add().position.x = 1
+    section = structure.sections.add(young=1e9, poisson=0.3, density=100)
+    section.tube.outer_radius, section.tube.inner_radius = 0.02, 0.01
+    structure.elements.add(start=0, finish=1)
+    structure.supports.add(node=0, fix_x=True, fix_y=True, fix_z=True, fix_rotation_x=True, fix_rotation_y=True,
+                           fix_rotation_z=True)
+    load = structure.loads.add(node=1)
+    load.force.z = -1
+    drawn = scene_pb2.Scene(name="lines")
+    drawn.beams.structure.sections.add().CopyFrom(section)
+    drawn.beams.structure.supports.add().CopyFrom(structure.supports[0])
+    drawn.beams.lines.file.name, drawn.beams.lines.file.content = "a.ply", edge_ply()
+    job = scene_pb2.Scene(name="job")
+    job.beams.job.name, job.beams.job.content = "SimulationJob.json", JOB
+    job.beams.job.companions["a.ply"] = edge_ply()
+    full = scene_pb2.Scene()
+    fill(full)
+    return {"body": body, "uploaded": uploaded, "moving": moving, "linkage": linkage, "beams": beams, "lines": drawn,
+            "job": job, "full": full}
+
+
+def pc2(points, samples):
+    return struct.pack("<12siiffi", b"POINTCACHE2\0", 1, points, 0.0, 1.0, samples) + bytes(12 * points * samples)
+
+
+def edits():
+    """One of each kind, all of its fields filled."""
+    for field in service_pb2.Edit.DESCRIPTOR.oneofs_by_name["edit"].fields:
+        if field.message_type is None or field.message_type.full_name.startswith("google."):
+            continue
+        edit = service_pb2.Edit()
+        getattr(edit, field.name).SetInParent()
+        fill(getattr(edit, field.name), 1)
+        yield field.name, edit
+
+
+def meshes():
+    for path in sorted(DATA.iterdir()):
+        if path.suffix == ".md" or path.name in ("tetgen.ele", "vtu_lzma.vtu"):
+            continue
+        content = path.name.encode() + b"\n" + path.read_bytes()
+        if path.name == "tetgen.node":
+            content += SEPARATOR + b"tetgen.ele\n" + (DATA / "tetgen.ele").read_bytes()
+        yield path.name, content
+    yield "vega", b"a.veg\n" + VEGA + SEPARATOR + b"more.veg\n*MATERIAL B\nENU, 1, 1, 0.1\n" + SEPARATOR + b"a.elastic\n" + ELASTIC
+    yield "gmsh_1", b"a.msh\n$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"
+    yield "fixed", b"a.bou\n3\n1, 2,\n5\n"
+
+
+def surfaces():
+    yield "obj", b"sa.obj\n" + OBJ
+    for kind in ("ascii", "binary_little_endian", "binary_big_endian"):
+        yield "ply_" + kind, b"sa.ply\n" + ply(kind)
+    yield "stl_ascii", b"sa.stl\n" + stl(False)
+    yield "stl_binary", b"sa.stl\n" + stl(True)
+    yield "materials", b"m\n" + OBJ
+    yield "lines", b"la.obj\n" + LINES
+    yield "edges_obj", b"ea.obj\n" + LINES
+    yield "edges_ply", b"ea.ply\n" + edge_ply()
+    yield "pc2", b"c\n" + pc2(2, 3)
+    yield "pvd", (b'p\n<?xml version="1.0"?><VTKFile type="Collection"><Collection><DataSet timestep="1" part="0" file="b.vtu"/>'
+                  b'<DataSet timestep="0" file="a.vtu"/></Collection></VTKFile>')
+    for name in ("vtu_ascii.vtu", "vtu_binary.vtu", "vtu_zlib.vtu"):
+        yield "series_" + name, b"v\n" + SEPARATOR.join([(DATA / name).read_bytes()] * 3)
+    yield "job", b"j\n" + JOB + SEPARATOR + b'{"initialDistortion":[0,0,1,0,0,0],"maxDRMIterations":100}'
+    yield "client_lines", b"o\n" + LINES
+
+
+def requests():
+    for name, scene in scenes().items():
+        request = service_pb2.Request(version=1, id=7, client="c")
+        request.open_session.session = name
+        request.open_session.scene.CopyFrom(scene)
+        yield "open_" + name, request.SerializeToString()
+    for name, edit in edits():
+        request = service_pb2.Request(version=1, id=7)
+        request.edit.session = "a"
+        request.edit.edits.append(edit)
+        yield "edit_" + name, request.SerializeToString()
+    for field in service_pb2.Request.DESCRIPTOR.oneofs_by_name["body"].fields:
+        request = service_pb2.Request(version=1, id=7)
+        getattr(request, field.name).SetInParent()
+        yield "empty_" + field.name, request.SerializeToString()
+
+
+def texts():
+    for name, scene in scenes().items():
+        yield name + ".json", json_format.MessageToJson(scene, preserving_proto_field_name=name != "body", indent=1).encode()
+    yield "structure.json", json_format.MessageToJson(scenes()["beams"].beams.structure, indent=None).encode()
+    yield "odd.json", b'{"name": "\\u00e9\\ud83d\\ude00", "frames": 3e1, "fixedNodes": [1, 2,], "fixed_nodes": []}'
+
+
+def stored():
+    all_edits = [edit for _, edit in edits()]
+    for name, scene in scenes().items():
+        session = stored_pb2.StoredSession(version=1, server_version="0.1.0", session=name, uid=5, kind="bodies")
+        session.scene.CopyFrom(scene)
+        for revision, edit in enumerate(all_edits[:6], 1):
+            row = session.edits.add(revision=revision, client="c", at_ms=1)
+            row.edits.append(edit)
+        session.answer.revision, session.answer.sequence = 6, 10
+        session.answer.start.name = "start"
+        yield "export_" + name, b"x" + session.SerializeToString()
+        rows = [b"s5,6:" + scene.SerializeToString()]
+        rows += [b"e5,%d:" % row.revision + row.SerializeToString() for row in session.edits[:2]]
+        rows += [b"a5,0:" + session.answer.SerializeToString(), b"r1,2:" + service_pb2.Reply(version=1).SerializeToString()]
+        yield "rows_" + name, SEPARATOR.join(rows)
+
+
+def main():
+    for target, inputs in {"meshes": meshes, "surfaces": surfaces, "requests": requests, "scenes": texts, "stored": stored}.items():
+        folder = HERE / "corpus" / target
+        folder.mkdir(parents=True, exist_ok=True)
+        for old in folder.iterdir():
+            old.unlink()
+        total = 0
+        for name, content in inputs():
+            (folder / name).write_bytes(content)
+            total += len(content)
+        print(f"{target}: {len(list(folder.iterdir()))} inputs, {total} bytes")
+
+
+if __name__ == "__main__":
+    main()
