@@ -2,18 +2,14 @@
 // a person would notice: acknowledgement, the first changed frames, the final frames.
 #include <fmt/core.h>
 
-#include <atomic>
-#include <condition_variable>
-#include <iterator>
-#include <map>
-#include <mutex>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "bench/arrivals.h"
 #include "bench/find_program.h"
 #include "bench/live_server.h"
+#include "bench/service_clients.h"
 #include "bench/suite.h"
 
 namespace limber::bench {
@@ -25,69 +21,7 @@ struct Latencies {
   std::vector<double> ack, first_frame, converged;
 };
 
-using Clock = std::chrono::steady_clock;
-
-/// When frames came, by their revision: read on a thread of its own, since frames may come before
-/// the acknowledgement.
-class Arrivals {
- public:
-  Arrivals(LiveClient& client, const ServerProcess& server) : stream_(client.context(), server) {
-    stream_.subscribe("session/bench/body/0/coordinates");
-    thread_ = std::thread([this] { read(); });
-  }
-  ~Arrivals() {
-    is_ending_.store(true);
-    thread_.join();
-  }
-  Arrivals(const Arrivals&) = delete;
-  Arrivals& operator=(const Arrivals&) = delete;
-
-  struct Times {
-    Clock::time_point first, converged;
-  };
-  /// Of the revision that comes next, or a newer one. Waits for it.
-  Times of(std::uint64_t revision) {
-    std::unique_lock lock(mutex_);
-    arrived_.wait(lock, [&] { return converged_revision_ >= revision || !fault_.empty(); });
-    if (!fault_.empty()) throw std::runtime_error(fault_);
-    const auto first = first_.lower_bound(revision);
-    const Times times{first->second, converged_};
-    first_.erase(first_.begin(), std::next(first));
-    return times;
-  }
-
- private:
-  void read() {
-    try {
-      while (!is_ending_.load()) {
-        if (!stream_.has_next(std::chrono::milliseconds(100))) continue;
-        const pb::Frames frames = stream_.next_frames();
-        const auto now = Clock::now();
-        const std::lock_guard lock(mutex_);
-        first_.try_emplace(frames.result().revision(), now);
-        if (frames.result().converged() && frames.result().revision() > converged_revision_) {
-          converged_revision_ = frames.result().revision();
-          converged_ = now;
-        }
-        arrived_.notify_all();
-      }
-    } catch (const std::exception& fault) {
-      const std::lock_guard lock(mutex_);
-      fault_ = fault.what();
-      arrived_.notify_all();
-    }
-  }
-
-  LiveStream stream_;
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::map<std::uint64_t, Clock::time_point> first_;
-  std::uint64_t converged_revision_ = 0;
-  Clock::time_point converged_;
-  std::string fault_;
-  std::atomic<bool> is_ending_{false};
-  std::thread thread_;  // last: it uses the rest
-};
+using Clock = Arrivals::Clock;
 
 /// Moves the constraints in turn, waiting for the final frames each time.
 Latencies edit_one_by_one(LiveClient& client, Arrivals& arrivals, const std::string& session,
@@ -129,7 +63,7 @@ Case measure(const SuiteOptions& options, Recorder& recorder, const Journal& jou
   std::uint64_t begun_at = 0, ended_at = 0;
   Clock::time_point begin, end;
   {
-    Arrivals arrivals(client, server);
+    Arrivals arrivals(client, server, "bench");
     std::this_thread::sleep_for(
         std::chrono::milliseconds(300));  // until the subscription has arrived
     recorder.note(fmt::format("service: {} edits, one by one", edits));
@@ -169,6 +103,17 @@ void service_suite(const SuiteOptions& options, Recorder& recorder) {
       {"process", {"--data", "FOLDER", "--data-outlives", "process"}},
       {"power", {"--data", "FOLDER"}}};
   for (const Journal& journal : journals) recorder.add(measure(options, recorder, journal));
+  // As they would be used: dragged by one, by a class, and looked after by an office.
+  const double seconds = options.quick ? 5 : 20;
+  for (const ServiceLoad& load :
+       {ServiceLoad{1, 30, seconds}, ServiceLoad{8, 4, seconds}, ServiceLoad{64, 1, seconds}}) {
+    for (const Journal& journal : journals) {
+      if (journal.options.empty()) continue;
+      Case row = measure_clients(options, recorder, load, "flower", journal.options);
+      row["journal"] = journal.name;
+      recorder.add(row);
+    }
+  }
 }
 
 }  // namespace limber::bench

@@ -111,9 +111,9 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
 
 proto::ListSessionsResponse Service::list_sessions(const proto::ListSessionsRequest&) const {
   proto::ListSessionsResponse response;
-  for (const auto& record : sessions_.all()) *response.add_sessions() = record->status();
-  for (const auto& parked : sessions_.all_parked())
-    *response.add_sessions() = parked.current_status();
+  const auto sessions = sessions_.everything();
+  for (const auto& record : sessions.records) *response.add_sessions() = record->status();
+  for (const auto& parked : sessions.parked) *response.add_sessions() = parked.current_status();
   return response;
 }
 

@@ -69,8 +69,9 @@ void Service::describe_status(proto::ServerStatus& status) const {
   status.set_phase(encode(hub_.phase.load()));
   for (auto& reason : not_ready()) status.add_not_ready(std::move(reason));
   for (auto& fault : faults()) status.add_faults(std::move(fault));
-  for (const auto& record : sessions_.all()) *status.add_sessions() = record->use();
-  for (const auto& parked : sessions_.all_parked()) *status.add_sessions() = use_of(parked.status);
+  const auto sessions = sessions_.everything();
+  for (const auto& record : sessions.records) *status.add_sessions() = record->use();
+  for (const auto& parked : sessions.parked) *status.add_sessions() = use_of(parked.status);
   describe(hub_.counters.acknowledgements, *status.mutable_acknowledgements());
   auto& queues = *status.mutable_queues();
   const auto heavy = heavy_.waiting();

@@ -170,6 +170,14 @@ std::vector<SessionRegistry::Parked> SessionRegistry::all_parked() const {
   return all;
 }
 
+SessionRegistry::Everything SessionRegistry::everything() const {
+  const std::lock_guard lock(mutex_);
+  Everything found;
+  for (const auto& [name, entry] : sessions_) found.records.push_back(entry.record);
+  for (const auto& [name, parked] : parked_) found.parked.push_back(parked);
+  return found;
+}
+
 bool SessionRegistry::forget(const SessionKey& key) {
   const std::lock_guard lock(mutex_);
   const auto it = parked_.find(key.name);

@@ -76,6 +76,12 @@ class SessionRegistry {
   /// @param reference  NAME or NAME@UID. @returns nothing where no such session is parked
   [[nodiscard]] std::optional<Parked> parked(const std::string& reference) const;
   [[nodiscard]] std::vector<Parked> all_parked() const;
+  /// Each session once, also while one is being parked or comes back.
+  struct Everything {
+    std::vector<std::shared_ptr<Record>> records;
+    std::vector<Parked> parked;
+  };
+  [[nodiscard]] Everything everything() const;
   /// It is closed. @returns whether it was parked
   bool forget(const SessionKey& key);
 

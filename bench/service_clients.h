@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/suite.h"
+
+namespace limber::bench {
+
+/// So many clients, each with a session of its own that it edits at a steady rate, whatever becomes
+/// of the edits before, and whose frames it reads.
+struct ServiceLoad {
+  int clients = 1;
+  double edits_per_s = 30;  // of each
+  double seconds = 20;
+};
+/// @param sample  scene of every session
+/// @param options  of limberd
+Case measure_clients(const SuiteOptions& options, Recorder& recorder, const ServiceLoad& load,
+                     const std::string& sample, const std::vector<std::string>& server_options);
+
+}  // namespace limber::bench
