@@ -94,11 +94,10 @@ void add_history_commands(CLI::App& app, Context& context) {
   for (const bool undo : {true, false}) {
     const std::string name = undo ? "undo" : "redo";
     auto session = std::make_shared<std::string>();
-    auto* command =
-        subcommand(app, name,
-                   undo ? "Take back the newest edit made under your name (--name)"
-                        : "Bring back what undo took",
-                   "limber " + name + " flower");
+    auto* command = subcommand(app, name,
+                               undo ? "Take back the newest edit made under your name (--name)"
+                                    : "Bring back what undo took",
+                               "limber " + name + " flower");
     command->add_option("session", *session, "Session")->required();
     auto anyone = std::make_shared<bool>(false);
     command->add_flag("--anyone", *anyone, "The newest edit, whoever made it");

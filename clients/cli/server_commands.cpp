@@ -70,8 +70,7 @@ void info(Context& context) {
              info.server_version(), versions, info.uptime_s(), context.endpoint,
              info.stream_endpoint(), info.instance());
   if (!info.web().empty()) fmt::print("pages     {}\n", info.web());
-  if (info.role() != v1::ROLE_UNSPECIFIED)
-    fmt::print("you may   {}\n", role_words(info.role()));
+  if (info.role() != v1::ROLE_UNSPECIFIED) fmt::print("you may   {}\n", role_words(info.role()));
   const auto& limits = info.limits();
   Table table({"limit", "value"});
   table.add({"bytes of a message", std::to_string(limits.message_bytes())});

@@ -18,7 +18,7 @@ namespace limber::server {
 /// @param body  as of least_role(); of none that is known nothing is demanded: it is refused as
 /// such
 void demand_role(Role has, int body);
-/// The same of something that is named otherwise, e.g. "To remove a parked session".
+/// The same of something that is named otherwise, e.g. "to stop the server".
 void demand_role(Role has, Role needed, const std::string& field, const std::string& what);
 
 [[nodiscard]] proto::Role to_proto(Role role);

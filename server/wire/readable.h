@@ -10,8 +10,8 @@ namespace limber::server {
 /// client.
 [[nodiscard]] std::string readable(std::string_view text);
 
-/// Fields and messages of errors and issues, which repeat names and paths of requests: as readable(),
-/// and what is too long is cut.
+/// Fields and messages of errors and issues, which repeat names and paths of requests: as
+/// readable(), and what is too long is cut.
 [[nodiscard]] std::string field_text(std::string_view field);
 [[nodiscard]] std::string message_text(std::string_view message);
 

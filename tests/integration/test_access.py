@@ -181,23 +181,6 @@ def test_pages_may_do_what_their_token_says(connect, run):
     assert "token" not in run("administer", "--json", "info").stdout.replace("web_tokens\":[]", "").replace("web_token\":\"\"", "")
 
 
-def test_a_parked_session_is_removed_by_those_who_administer(limberd, keys, cache_dir):
-    with running(limberd, keys, cache_dir) as endpoint, connected(endpoint, keys, "edit") as editing:
-        for name in ("one", "two"):
-            editing.open(small_scene(), session=name, progress=False)
-        editing.session("two").close()  # as long as it is open
-        editing.open(small_scene(), session="two", progress=False)
-    with running(limberd, keys, cache_dir) as endpoint, connected(endpoint, keys, "edit") as editing:
-        close = service.CloseSessionRequest(session="one")
-        with pytest.raises(limber.LimberError, match="to remove a parked session needs the role administer") as caught:
-            editing.connection.call("close_session", close)
-        assert (caught.value.code, caught.value.field) == ("PERMISSION_DENIED", "session")
-        editing.session("two").close()  # it has come back, and is open
-        with connected(endpoint, keys, "administer") as administering:
-            administering.connection.call("close_session", close)
-            assert administering.sessions() == []
-
-
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o644])
 def test_secret_keys_that_others_may_read_are_refused(limberd, keys, cli, mode):
     key = keys / "edit.key"

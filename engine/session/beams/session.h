@@ -13,9 +13,9 @@
 #include "engine/session/beams/document.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
-#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
+#include "engine/session/core/step_notes.h"
 
 namespace limber::session {
 

@@ -577,8 +577,8 @@ void Document::number(scene::Constraint& constraint) {
 void Document::demand_one_more() const {
   if (constraints_.size() < static_cast<std::size_t>(limits_.max_constraints)) return;
   throw LimitError("constraint",
-                   fmt::format("the scene has {} constraints, the limit is {}",
-                               constraints_.size(), limits_.max_constraints),
+                   fmt::format("the scene has {} constraints, the limit is {}", constraints_.size(),
+                               limits_.max_constraints),
                    static_cast<std::uint64_t>(limits_.max_constraints), constraints_.size() + 1);
 }
 

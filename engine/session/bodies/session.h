@@ -17,9 +17,9 @@
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
-#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
+#include "engine/session/core/step_notes.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::session {

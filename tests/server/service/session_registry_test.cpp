@@ -28,7 +28,8 @@ class PlainRecord final : public Record {
       const proto::GetGeometryRequest&) const override {
     return {};
   }
-  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest&, const session::Author&) override {
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest&,
+                                         const session::Author&) override {
     return {};
   }
   void add_scene(const proto::GetSessionRequest&, proto::GetSessionResponse&) const override {}

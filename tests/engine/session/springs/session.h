@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "engine/session/core/executor.h"
-#include "engine/session/core/step_notes.h"
 #include "engine/session/core/listener.h"
 #include "engine/session/core/result_header.h"
+#include "engine/session/core/step_notes.h"
 #include "tests/engine/session/springs/document.h"
 
 namespace limber::session::springs {
