@@ -38,7 +38,9 @@ def test_it_tells_of_sessions_rates_and_the_slowest(launch, status, tmp_path):
     process = status(server, "--measure", 0.1)
     assert process.returncode == 0, process.stderr
     row, = re.findall(r"^flower .*$", process.stdout, re.MULTILINE)
-    assert row.split()[:5] == ["flower", "bodies", "ready", "1", "3"]
+    name, kind, state, people, memory, unit, edits = row.split()[:7]
+    assert (name, kind, state, people, edits) == ("flower", "bodies", "ready", "1", "3")
+    assert float(memory) > 0 and unit in ("kB", "MB")
     for words in ("edits      0.0/s now", "acks       half within", "slowest    session flower:", "dropped    0 requests, 0 replies",
                   "store      1 sessions (0 parked)", "process "):
         assert words in process.stdout, process.stdout
