@@ -228,7 +228,10 @@ test("a linkage is made for a dropped surface, designed, paused, and taken", asy
   await openPanels(page, "Design");
   await page.getByRole("button", { name: "Start" }).click();
   const design = (name) => page.evaluate((name) => window.limber.opened.session.design?.[name], name);
-  await until(page, () => window.limber.opened.session.design?.iteration >= 2);
+  await until(page, () => {
+    const design = window.limber.opened.session.design;
+    return design?.iteration >= 2 && design.best.objective < design.start.objective;
+  });
   const RUNNING = 2;
   if ((await design("state")) === RUNNING)
     await page
