@@ -1,5 +1,7 @@
 """Real limberd processes: where they are, one for reading tests, one per test that hurts its server."""
 
+import contextlib
+import json
 import os
 import pathlib
 import subprocess
@@ -130,3 +132,22 @@ def cli(limberd, server):
                               timeout=timeout, **options)
 
     return run
+
+
+@contextlib.contextmanager
+def encrypting(limberd, keys, cache_dir, *more):
+    """A server with the keys of a folder: what its ready file says. The package's launch() is for servers without keys."""
+    ready = keys / "ready"
+    process = subprocess.Popen([str(limberd), "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0",
+                                "--ready-file", ready, "--cache-dir", cache_dir, "--curve-secret-file", keys / "server.key",
+                                "--curve-allow", keys / "allowed", *more], stderr=subprocess.DEVNULL)
+    try:
+        for _ in range(500):
+            if ready.exists():
+                break
+            with pytest.raises(subprocess.TimeoutExpired):
+                process.wait(0.02)
+        yield json.loads(ready.read_text())
+    finally:
+        process.terminate()
+        assert process.wait(10) == 0

@@ -8,7 +8,7 @@ import threading
 
 import limber
 import pytest
-from conftest import small_scene, tip_of
+from conftest import encrypting, small_scene, tip_of
 from limber.v1 import service_pb2 as service
 
 ROLES = ("view", "edit", "administer")
@@ -27,21 +27,8 @@ def keys(limberd, tmp_path):
 @contextlib.contextmanager
 def running(limberd, keys, cache_dir):
     """A server with these keys, a page and stored sessions: its endpoint for requests."""
-    ready = keys / "ready"
-    process = subprocess.Popen([str(limberd), "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0", "--web", "127.0.0.1:0",
-                                "--ready-file", ready, "--cache-dir", cache_dir, "--curve-secret-file", keys / "server.key",
-                                "--curve-allow", keys / "allowed", "--data", keys / "data", "--allow-shutdown"],
-                               stderr=subprocess.DEVNULL)
-    try:
-        for _ in range(500):
-            if ready.exists():
-                break
-            with pytest.raises(subprocess.TimeoutExpired):
-                process.wait(0.02)
-        yield json.loads(ready.read_text())["requests"]
-    finally:
-        process.terminate()
-        assert process.wait(10) == 0
+    with encrypting(limberd, keys, cache_dir, "--web", "127.0.0.1:0", "--data", keys / "data", "--allow-shutdown") as ready:
+        yield ready["requests"]
 
 
 @pytest.fixture

@@ -1,13 +1,12 @@
 """Beyond loopback: keys, and who is let in."""
 
-import json
 import os
 import signal
 import subprocess
 
 import limber
 import pytest
-from conftest import small_scene, tip_of
+from conftest import encrypting, small_scene, tip_of
 from limber.v1 import service_pb2 as service
 
 
@@ -21,21 +20,8 @@ def keys(limberd, tmp_path):
 
 @pytest.fixture
 def running(limberd, keys, cache_dir):
-    """A server that encrypts, as its ready file says. The package's launch() is for servers without keys."""
-    ready = keys / "ready"
-    process = subprocess.Popen([str(limberd), "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0",
-                                "--ready-file", ready, "--cache-dir", cache_dir, "--curve-secret-file", keys / "server.key",
-                                "--curve-allow", keys / "allowed"], stderr=subprocess.DEVNULL)
-    try:
-        for _ in range(500):
-            if ready.exists():
-                break
-            with pytest.raises(subprocess.TimeoutExpired):
-                process.wait(0.02)
-        yield json.loads(ready.read_text())
-    finally:
-        process.terminate()
-        assert process.wait(10) == 0
+    with encrypting(limberd, keys, cache_dir) as ready:
+        yield ready
 
 
 @pytest.fixture
