@@ -21,6 +21,8 @@ Error nothing_own(const char* what, const Author& others) {
 
 StepChoice::StepChoice(std::size_t count, const NoteAt& note, Author author)
     : author_(std::move(author)) {
+  // The author's own edit on top decides alone: nearly always, and then older ones are not read.
+  if (count > 0 && is_own(note(0)) && note(0).takes_back == 0) count = 1;
   notes_.reserve(count);
   std::set<std::uint64_t> taken_back;
   for (std::size_t age = 0; age < count; ++age) {
