@@ -171,8 +171,8 @@ void spin_until(const Predicate& there) {
 class Pool {
  public:
   static Pool& of(Helpers helpers) {
-    static Pool usual, patient;
-    return helpers == Helpers::kPatient ? patient : usual;
+    static std::array<Pool, 3> pools;  // in the order of Helpers
+    return pools[static_cast<std::size_t>(helpers)];
   }
 
   ~Pool() {

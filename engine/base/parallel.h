@@ -11,10 +11,10 @@ namespace limber {
 /// Overrides thread_count() from now on; >= 1.
 void set_thread_count(int threads);
 
-/// Which threads help with the loops of the calling thread, from now on. There are two sets of
+/// Which threads help with the loops of the calling thread, from now on. There are three sets of
 /// them, so that threads of a lower priority do not hold up the loops of others: a helper has the
 /// priority of the thread that first needed it.
-enum class Helpers { kUsual, kPatient };
+enum class Helpers { kUsual, kRefining, kPatient };
 void choose_helpers(Helpers helpers) noexcept;
 
 namespace detail {

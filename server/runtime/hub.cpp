@@ -7,6 +7,7 @@
 #include <boost/asio/post.hpp>
 #include <fstream>
 #include <thread>
+#include <utility>
 
 #include "engine/base/parallel.h"
 #include "server/runtime/stream_message.h"
@@ -37,22 +38,28 @@ std::size_t solve_threads(const ServerOptions& options) {
   return 2 * cores();
 }
 
+/// Of final answers: no more at once than there are cores, so that those that are begun end soon.
+std::size_t refine_threads(const ServerOptions& options) {
+  return std::min(solve_threads(options), cores());
+}
+
 /// As many as there may be jobs, and some that build meanwhile: a session opens beside all of them.
 std::size_t session_threads(const ServerOptions& options) {
   if (options.session_threads > 0) return static_cast<std::size_t>(options.session_threads);
   return options.limits.jobs + cores();
 }
 
-/// Of the calling thread and its helpers, once. Linux has a thread of this niceness give way as
-/// soon as one of the usual wakes, and gives it a tenth of the core beside it: lower ones would
-/// hold a lock for long that others wait for.
-void lower_priority() {
-  constexpr int kNiceness = 10;
+/// Of the calling thread and its helpers, once; its pool has one priority. Linux has threads that
+/// are so much nicer give way as soon as one of the usual wakes, and gives it a third or a tenth of
+/// the core beside it: lower ones would hold a lock for long that others wait for.
+void lower_priority(Helpers helpers) {
+  constexpr int kOfRefining = 5, kOfPatient = 10, kNicest = 19;
   thread_local bool is_low = false;
-  if (is_low) return;
-  is_low = true;
-  (void)::setpriority(PRIO_PROCESS, 0, kNiceness);
-  choose_helpers(Helpers::kPatient);
+  if (std::exchange(is_low, true)) return;
+  const int given = ::getpriority(PRIO_PROCESS, 0);
+  const int more = helpers == Helpers::kRefining ? kOfRefining : kOfPatient;
+  (void)::setpriority(PRIO_PROCESS, 0, std::min(given + more, kNicest));
+  choose_helpers(helpers);
 }
 
 }  // namespace
@@ -65,6 +72,7 @@ Hub::Hub(ServerOptions given)
           [this](const proto::JobStatus& status) { publish_job(status); }, run.first_id),
       store(options.store ? std::make_unique<store::Store>(*options.store) : nullptr),
       solve_pool(solve_threads(options)),
+      refine_pool(refine_threads(options)),
       session_pool(session_threads(options)),
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
 
@@ -74,15 +82,25 @@ std::uint64_t Hub::memory_limit() const {
 }
 
 session::Executor Hub::session_executor() {
-  return [this](session::Executor::Task task, session::Urgency urgency) {
-    if (urgency == session::Urgency::kPatient) return post_patiently(std::move(task));
+  using session::Urgency;
+  return [this, place = NewestFirst::place()](session::Executor::Task task, Urgency urgency) {
+    if (urgency == Urgency::kPatient) return post_patiently(std::move(task));
+    if (urgency == Urgency::kRefining) {
+      refining.put(place, std::move(task));
+      boost::asio::post(refine_pool, [this] {
+        lower_priority(Helpers::kRefining);
+        refining.run_one();
+      });
+      return;
+    }
+    refining.withdraw(place);  // the prompt task is in place of it
     boost::asio::post(solve_pool, std::move(task));
   };
 }
 
 void Hub::post_patiently(std::function<void()> task) {
   boost::asio::post(session_pool, [task = std::move(task)] {
-    lower_priority();
+    lower_priority(Helpers::kPatient);
     task();
   });
 }

@@ -7,6 +7,7 @@
 
 #include "engine/session/core/executor.h"
 #include "server/runtime/job_registry.h"
+#include "server/runtime/newest_first.h"
 #include "server/runtime/open_requests.h"
 #include "server/runtime/options.h"
 #include "server/runtime/run.h"
@@ -32,7 +33,8 @@ enum class Phase {
 struct Hub {
   explicit Hub(ServerOptions given);
   void publish_job(const proto::JobStatus& status);
-  /// Runs tasks of sessions: what somebody edits goes before all else.
+  /// Runs tasks of one session: what somebody edits goes before all else, its first answer before
+  /// the final ones of others.
   [[nodiscard]] session::Executor session_executor();
   /// Of all sessions together [bytes].
   [[nodiscard]] std::uint64_t memory_limit() const;
@@ -53,8 +55,10 @@ struct Hub {
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   /// Null: sessions end with the server. Those who wait for it are answered by the transport.
   std::unique_ptr<store::Store> store;
+  NewestFirst refining;
   // Last, so that their threads end before anything they use does.
   boost::asio::thread_pool solve_pool;    // what somebody waits for
+  boost::asio::thread_pool refine_pool;   // until it is final: at a somewhat lower priority
   boost::asio::thread_pool session_pool;  // builds, checks, designs and jobs: at a lower priority
   boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames
 };

@@ -195,6 +195,7 @@ Server::Ending Server::shut_down() {
   control_thread_.join();
   if (clean) {
     hub_.solve_pool.join();
+    hub_.refine_pool.join();
     hub_.session_pool.join();
     hub_.request_pool.join();
   }

@@ -106,6 +106,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] JobContext with_picture(const JobContext& job);
   void show_edits(const JobContext& job);
   void solve(const Round& round) override;
+  void solve_rest(const Round& round) override;
   void solve_failed(const Round& round, const std::string& reason) override;
   std::shared_ptr<const BodyResult> bring_up_to_date(const Round& round);
   void begin_in(const scene::StartMotion& start);

@@ -197,7 +197,11 @@ void BodySession::Impl::solve_order(const Round& round) {
     return;
   }
   publish_motion(round, report, false);
+  leave_rest(round);
+}
 
+void BodySession::Impl::solve_rest(const Round& round) {
+  spacetime::Solver& solver = problem_->solver();
   std::optional<spacetime::SolveReport> ended = solve_whole(round);
   const scene::Scene& scene = *document_.unedited();
   for (bool raised = false; ended && scene.constraint_tolerance &&

@@ -6,9 +6,10 @@
 
 namespace limber::session {
 
-/// Who waits for a task: somebody who edits, or nobody that close (builds, first solves, checks,
-/// fits, designs). An executor lets the first go before the second.
-enum class Urgency { kPrompt, kPatient };
+/// Who waits for a task: somebody who edits and sees nothing of it yet; somebody who sees a first
+/// answer and waits for the final one; or nobody that close (builds, first solves, checks, fits,
+/// designs). An executor lets the first go before the second, and that before the third.
+enum class Urgency { kPrompt, kRefining, kPatient };
 
 /// Runs a task later on some thread. A session posts at most one task at a time, and those of
 /// bodies and linkages one that checks final results besides, then those of bodies one that

@@ -51,6 +51,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     /// cancel() was called after the newest edit: that is not solved any more, and `cancellation`
     /// is requested from the beginning.
     bool is_cancelled = false;
+    bool is_rest = false;  // what solve() left to solve_rest()
 
     [[nodiscard]] double since_edit_ms() const {
       return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
@@ -75,13 +76,14 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
 
   /// Stops the build or the running round, and what waits for one.
   void cancel() {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     if (!task_.is_pending() || cancel_other_work()) return;
     if (state_ == State::kBuilding) building_.request();
     is_cancelled_ = true;
     first_.clear();
     round_.request();
     note_cancel();
+    if (rest_) post(std::move(lock));  // nothing long any more
   }
 
   void shut(CloseNotification notification) {
@@ -138,11 +140,14 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   virtual Order take_order() = 0;
   /// The task's: solves and publishes. What it throws is for solve_failed().
   virtual void solve(const Round& round) = 0;
-  /// The task's: puts the solver right after solve() threw, and publishes a failed result.
+  /// The task's: puts the solver right after solve() or solve_rest() threw, and publishes a failed
+  /// result.
   virtual void solve_failed(const Round& round, const std::string& reason) = 0;
 
   // What a kind may add.
 
+  /// The task's: what solve() left with leave_rest().
+  virtual void solve_rest(const Round& /*round*/) {}
   /// With the lock: whether edits leave the round alone; it is solved to its end first.
   virtual bool must_finish(const Order& /*order*/) const { return false; }
   /// With the lock, called by edits: the running round is out of date.
@@ -212,7 +217,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// With the lock: what there was before an edit is solved to its end before the edit.
   void finish_first(Revision revision, Order order) {
     const Revision taken = first_.empty() ? taken_ : first_.back().revision;
-    if (task_.is_running() && taken == revision && !has_work_) {
+    if ((task_.is_running() || rest_) && taken == revision && !has_work_) {
       is_finishing_ = true;  // it is just being solved
     } else if (taken != revision || has_work_) {
       first_.push_back({revision, edited_at_, std::move(order)});
@@ -237,6 +242,14 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   void allow_interruption() {
     const std::lock_guard lock(mutex_);
     if (std::exchange(is_finishing_, false) && has_work_) interrupt_round();
+  }
+  /// The task's, the last deed of solve(): a first answer is published, and solve_rest() does what
+  /// is left of the round, unless an edit comes first. Sessions that share few cores show all their
+  /// first answers before they refine any.
+  void leave_rest(const Round& round) {
+    const std::lock_guard lock(mutex_);
+    rest_ = round;
+    rest_->is_rest = true;
   }
   /// The task's: whether a round that ended cancelled was so for a newer edit, which continues from
   /// what was reached.
@@ -321,7 +334,10 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// as somebody does who edits. Nothing where there is nothing long to do.
   [[nodiscard]] std::optional<Urgency> next_urgency() const {
     if (state_ != State::kReady) return Urgency::kPatient;
-    if (has_work_) return document_revision() > 0 ? Urgency::kPrompt : Urgency::kPatient;
+    const bool is_edited = document_revision() > 0;
+    if (has_work_) return is_edited ? Urgency::kPrompt : Urgency::kPatient;
+    if (rest_ && is_cancelled_) return Urgency::kPrompt;
+    if (rest_) return is_edited ? Urgency::kRefining : Urgency::kPatient;
     if (is_other_work_long()) return Urgency::kPatient;
     return std::nullopt;
   }
@@ -388,7 +404,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// Nothing to do: the task ends, in the same breath.
   std::optional<Round> next_round() {
     std::unique_lock lock(mutex_);
-    while (!task_.is_closed() && !has_work_ && !is_for_another_task() && do_other_work(lock)) {
+    while (!task_.is_closed() && !has_work_ && !rest_ && !is_for_another_task() &&
+           do_other_work(lock)) {
       if (!lock.owns_lock()) lock = std::unique_lock(mutex_);
     }
     if (is_for_another_task()) {
@@ -397,6 +414,9 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
           std::move(lock), [self = this->shared_from_this()] { self->run(); }, message_, urgency);
       return std::nullopt;
     }
+    // An edit that did not come too late for it lets the rest go.
+    std::optional<Round> rest = std::exchange(rest_, std::nullopt);
+    if (rest && !task_.is_closed() && (is_finishing_ || !has_work_)) return rest;
     if (task_.is_closed() || !has_work_) {
       is_cancelled_ = false;
       task_.finish(std::move(lock));
@@ -424,7 +444,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     published_at_ = Clock::now();
     std::string reason;
     try {
-      return solve(round);
+      return round.is_rest ? solve_rest(round) : solve(round);
     } catch (const std::exception& error) {
       reason = error.what();
     } catch (...) {
@@ -437,6 +457,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   [[nodiscard]] virtual Revision document_revision() const = 0;
 
   bool is_built_ = false;      // the task's
+  std::optional<Round> rest_;  // of the round that was taken last
   bool is_cancelled_ = false;  // no edit since cancel()
   std::deque<Round> first_;    // to be solved before what the document says, in any case
   Revision taken_ = 0;         // of the running round, or the last

@@ -25,10 +25,15 @@ class ManualExecutor {
   [[nodiscard]] Executor executor() {
     return [this](std::function<void()> task) { take(std::move(task)); };
   }
-  /// Keeps prompt tasks; patient ones are kept by `patient`.
-  [[nodiscard]] Executor executor(ManualExecutor& patient) {
-    return [this, &patient](std::function<void()> task, Urgency urgency) {
-      (urgency == Urgency::kPatient ? patient : *this).take(std::move(task));
+  /// Keeps prompt tasks and those that refine; patient ones are kept by `patient`.
+  [[nodiscard]] Executor executor(ManualExecutor& patient) { return executor(*this, patient); }
+  [[nodiscard]] Executor executor(ManualExecutor& refining, ManualExecutor& patient) {
+    return [this, &refining, &patient](std::function<void()> task, Urgency urgency) {
+      const bool is_prompt = urgency == Urgency::kPrompt;
+      (is_prompt                       ? *this
+       : urgency == Urgency::kRefining ? refining
+                                       : patient)
+          .take(std::move(task));
     };
   }
   void set_mode(Mode mode) {
