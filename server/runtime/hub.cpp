@@ -81,27 +81,29 @@ std::uint64_t Hub::memory_limit() const {
   return given > 0 ? given : std::max<std::uint64_t>(usual_memory(), options.limits.session_bytes);
 }
 
-session::Executor Hub::session_executor() {
+session::Executor Hub::session_executor(const std::string& client) {
   using session::Urgency;
-  return [this, place = NewestFirst::place()](session::Executor::Task task, Urgency urgency) {
-    if (urgency == Urgency::kPatient) return post_patiently(std::move(task));
-    if (urgency == Urgency::kRefining) {
-      refining.put(place, std::move(task));
-      boost::asio::post(refine_pool, [this] {
-        lower_priority(Helpers::kRefining);
-        refining.run_one();
-      });
-      return;
-    }
-    refining.withdraw(place);  // the prompt task is in place of it
-    boost::asio::post(solve_pool, std::move(task));
-  };
+  return
+      [this, client, place = NewestFirst::place()](session::Executor::Task task, Urgency urgency) {
+        if (urgency == Urgency::kPatient) return post_patiently(client, std::move(task));
+        if (urgency == Urgency::kRefining) {
+          refining.put(place, std::move(task));
+          boost::asio::post(refine_pool, [this] {
+            lower_priority(Helpers::kRefining);
+            refining.run_one();
+          });
+          return;
+        }
+        refining.withdraw(place);  // the prompt task is in place of it
+        boost::asio::post(solve_pool, std::move(task));
+      };
 }
 
-void Hub::post_patiently(std::function<void()> task) {
-  boost::asio::post(session_pool, [task = std::move(task)] {
+void Hub::post_patiently(const std::string& client, std::function<void()> task) {
+  patient.put(client, std::move(task));
+  boost::asio::post(session_pool, [this] {
     lower_priority(Helpers::kPatient);
-    task();
+    patient.run_one();
   });
 }
 

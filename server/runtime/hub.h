@@ -11,6 +11,7 @@
 #include "server/runtime/open_requests.h"
 #include "server/runtime/options.h"
 #include "server/runtime/run.h"
+#include "server/runtime/taking_turns.h"
 #include "server/store/store.h"
 #include "server/transport/transport.h"
 
@@ -35,11 +36,12 @@ struct Hub {
   void publish_job(const proto::JobStatus& status);
   /// Runs tasks of one session: what somebody edits goes before all else, its first answer before
   /// the final ones of others.
-  [[nodiscard]] session::Executor session_executor();
+  /// @param client  who opened it: builds of clients take turns
+  [[nodiscard]] session::Executor session_executor(const std::string& client);
   /// Of all sessions together [bytes].
   [[nodiscard]] std::uint64_t memory_limit() const;
   /// For builds and jobs: on a thread that gives way to those of the other pools.
-  void post_patiently(std::function<void()> task);
+  void post_patiently(const std::string& client, std::function<void()> task);
 
   ServerOptions options;
   const Run run = Run::begin();
@@ -56,6 +58,7 @@ struct Hub {
   /// Null: sessions end with the server. Those who wait for it are answered by the transport.
   std::unique_ptr<store::Store> store;
   NewestFirst refining;
+  TakingTurns patient;
   // Last, so that their threads end before anything they use does.
   boost::asio::thread_pool solve_pool;    // what somebody waits for
   boost::asio::thread_pool refine_pool;   // until it is final: at a somewhat lower priority

@@ -19,10 +19,12 @@ constexpr std::uint64_t kEditsAtOnce = 65536;
 
 void Service::open_session(const SharedTicket& ticket, const Request& request) {
   (void)ClientDirectory::identify(*ticket, request.client_name());
+  const std::string author = ClientDirectory::author_of(*ticket, request.client_name());
+  const std::string& client = author.empty() ? ticket->client() : author;
   proto::Reply reply;
   kept_.demand_writable();
   std::unique_lock<std::recursive_mutex> order;  // nobody edits or closes it before it is stored
-  const auto record = open(request.open_session(), *reply.mutable_open_session(), order);
+  const auto record = open(request.open_session(), client, *reply.mutable_open_session(), order);
   note_revision(*record, *ticket, request.client_name(), 0, {"open_session"});
   if (!kept_.is_on()) {
     ticket->answer(std::move(reply));
@@ -41,6 +43,7 @@ void Service::drop(const std::shared_ptr<Record>& record) {
 }
 
 std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
+                                      const std::string& client,
                                       proto::OpenSessionResponse& response,
                                       std::unique_lock<std::recursive_mutex>& order) {
   const Kind& kind = kinds_.of(request.scene(), "scene");
@@ -55,7 +58,7 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
   if (kept_.is_on()) order = std::unique_lock(record->edit_order());
   kept_.put(record);
   try {
-    opening->start(hub_, hub_.session_executor());
+    opening->start(hub_, hub_.session_executor(client));
   } catch (const std::exception& fault) {
     sessions_.remove(*record);
     guard.fail(fault);

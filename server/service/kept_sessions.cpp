@@ -180,7 +180,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   record->expect_answer();
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
   // The first solve finds all edits made.
-  GatedExecutor gate(hub_.session_executor());
+  GatedExecutor gate(hub_.session_executor("returning"));  // before a client's second build
   try {
     opening->start(hub_, gate.executor());
     for (const auto& edit : stored.edits()) {

@@ -42,7 +42,7 @@ bool is_short(const proto::EditRequest& request) {
 }
 
 /// What its body calls its session; empty where that has none.
-std::string session_of(const proto::Request& request) {
+std::string called_session(const proto::Request& request) {
   const auto& reflection = *request.GetReflection();
   const auto* body =
       reflection.GetOneofFieldDescriptor(request, request.GetDescriptor()->FindOneofByName("body"));
@@ -238,7 +238,7 @@ void Service::carry_out(const SharedTicket& ticket, const Request& request) {
 
 /// Of what a session lacks that has just come back from the store.
 bool Service::wait_for_return(const SharedTicket& ticket, const Request& request) {
-  const std::string session = session_of(request);
+  const std::string session = called_session(request);
   const auto record = sessions_.look_up(session.substr(0, session.find('@')));
   return record &&
          record->wait_for_return([this, ticket, request] { carry_out_again(ticket, request); });

@@ -103,6 +103,7 @@ class Service {
   // handlers_session.cpp
   void open_session(const SharedTicket& ticket, const Request& request);
   [[nodiscard]] std::shared_ptr<Record> open(const proto::OpenSessionRequest& request,
+                                             const std::string& client,
                                              proto::OpenSessionResponse& response,
                                              std::unique_lock<std::recursive_mutex>& order);
   proto::EditResponse edit(Record& record, const proto::EditRequest& request,

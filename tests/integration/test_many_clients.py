@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import zmq
 from conftest import small_scene, tip_of
+from limber.messages import service
 from limber.v1.stream_pb2 import StreamMessage
 
 
@@ -58,6 +59,17 @@ def test_concurrent_editors_never_lose_an_edit(server, session):
     assert sorted(revisions) == list(range(1, 4 * 39 + 1))
     assert session.wait(revision=4 * 39).converged
     assert sorted(c.frame for c in session.constraints()) == [2, 12, 22, 32]
+
+
+def test_builds_of_one_client_do_not_wait_for_all_of_another(launch):
+    """With one thread, and twelve bodies of one client that wait for it."""
+    server = launch("--threads", "1", "--no-cache", name="many")
+    for n in range(12):
+        server.open(small_scene(frames=30 + n), session=f"many.{n}", wait=False)
+    with limber.connect(server.connection.endpoint, name="one") as other:
+        other.open(small_scene(), session="one", progress=False)
+        left = [status.session for status in other.sessions() if status.state == service.SESSION_STATE_BUILDING]
+    assert len(left) > 6, "the one would have come last"
 
 
 def test_several_sessions_do_not_disturb_each_other(server):

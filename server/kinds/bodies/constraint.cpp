@@ -19,6 +19,9 @@ unsigned axis_bits(const proto::Constraint& message, const std::string& field) {
   for (int i = 0; i < message.axes_size(); ++i) {
     if (message.axes(i) == proto::AXIS_UNSPECIFIED)
       throw invalid(fmt::format("{}.axes[{}]", field, i), "unspecified axis");
+    if (!proto::Axis_IsValid(message.axes(i)))  // in what is stored, say
+      throw invalid(fmt::format("{}.axes[{}]", field, i),
+                    fmt::format("there is no axis {}", static_cast<int>(message.axes(i))));
     const unsigned axis = 1u << (static_cast<unsigned>(message.axes(i)) - 1u);
     if ((axes & axis) != 0) {
       throw invalid(fmt::format("{}.axes[{}]", field, i),
