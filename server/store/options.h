@@ -22,6 +22,8 @@ struct StoreOptions {
   std::uint64_t bytes = 0;
   /// Sessions that nobody has changed for so long are removed at the start; 0: none.
   std::chrono::seconds retain{0};
+  /// Edits of a session that are stored before a checkpoint stands for them, about; 0: all stay.
+  std::uint64_t checkpoint_edits = 2000;
   /// Between attempts to write what could not be written.
   std::chrono::milliseconds retry{500};
 

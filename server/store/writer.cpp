@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <variant>
 #include <vector>
@@ -11,7 +12,10 @@
 namespace limber::server::store {
 namespace {
 
-constexpr std::uint64_t kForm = 1;  // of the tables
+// Of the tables. 1: all edits of a session are there; 2: there are checkpoints, which servers that
+// know form 1 alone must not pass over.
+constexpr std::uint64_t kFirstForm = 1, kForm = 2;
+constexpr std::uint64_t kEditsAtOnce = 4096;  // that are removed
 
 std::uint64_t now_s() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -42,6 +46,8 @@ Writer::Writer(const StoreOptions& options)
       "CREATE TABLE IF NOT EXISTS edits(uid INTEGER NOT NULL, revision INTEGER NOT NULL,"
       " edit BLOB NOT NULL, PRIMARY KEY(uid, revision)) WITHOUT ROWID;"
       "CREATE TABLE IF NOT EXISTS answers(uid INTEGER PRIMARY KEY, answer BLOB NOT NULL);"
+      "CREATE TABLE IF NOT EXISTS checkpoints(uid INTEGER PRIMARY KEY, revision INTEGER NOT NULL,"
+      " checkpoint BLOB NOT NULL);"
       "CREATE TABLE IF NOT EXISTS runs(instance TEXT PRIMARY KEY, at INTEGER NOT NULL);"
       "CREATE TABLE IF NOT EXISTS replies(client TEXT NOT NULL, id INTEGER NOT NULL,"
       " hash INTEGER NOT NULL, at INTEGER NOT NULL, reply BLOB NOT NULL,"
@@ -49,11 +55,11 @@ Writer::Writer(const StoreOptions& options)
       "COMMIT");
   auto form = database_.prepare("SELECT version FROM form");
   if (!form.step()) {
-    database_.run(fmt::format("INSERT INTO form VALUES({})", kForm).c_str());
-  } else if (form.number(0) != kForm) {
+    database_.run(fmt::format("INSERT INTO form VALUES({})", kFirstForm).c_str());
+  } else if (form.number(0) < kFirstForm || form.number(0) > kForm) {
     throw Error(ErrorCode::kFailedPrecondition, "folder",
-                fmt::format("{} is of form {}; this server reads form {}",
-                            database_.file().string(), form.number(0), kForm));
+                fmt::format("{} is of form {}; this server reads forms {} to {}",
+                            database_.file().string(), form.number(0), kFirstForm, kForm));
   }
   prepare();
   forget_old();
@@ -67,13 +73,26 @@ void Writer::prepare() {
       sql("UPDATE sessions SET revision = ?, touched = ? WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?)"),
+      sql("INSERT OR REPLACE INTO checkpoints SELECT ?, ?, ? WHERE EXISTS"
+          " (SELECT 1 FROM sessions WHERE uid = ?)"),
+      sql("UPDATE sessions SET revision = max(revision, ?) WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO replies VALUES(?, ?, ?, ?, ?)"),
       sql("SELECT uid FROM sessions WHERE name = ?"), sql("DELETE FROM sessions WHERE uid = ?"),
-      sql("DELETE FROM edits WHERE uid = ?"), sql("DELETE FROM answers WHERE uid = ?")});
+      sql("DELETE FROM edits WHERE uid = ?"), sql("DELETE FROM answers WHERE uid = ?"),
+      sql("DELETE FROM checkpoints WHERE uid = ?"),
+      sql("SELECT revision FROM edits WHERE uid = ? ORDER BY revision LIMIT 1"),
+      sql("DELETE FROM edits WHERE uid = ? AND revision <= ?")});
+  // Those that a server left which ended right behind a checkpoint.
+  auto checkpoints = database_.prepare("SELECT uid, revision FROM checkpoints");
+  while (checkpoints.step()) superseded_[checkpoints.number(0)] = checkpoints.number(1);
 }
 
 void Writer::begin() { database_.run("BEGIN IMMEDIATE"); }
-void Writer::commit() { database_.run("COMMIT"); }
+void Writer::commit() {
+  database_.run("COMMIT");
+  for (const auto& [uid, revision] : begun_) superseded_[uid] = revision;
+  begun_.clear();
+}
 
 void Writer::write(const Change& change) {
   std::visit([this](const auto& one) { take(one); }, change);
@@ -83,6 +102,8 @@ void Writer::remove(std::uint64_t uid) {
   statements_->forget_session.again().bind(uid).step();
   statements_->forget_edits.again().bind(uid).step();
   statements_->forget_answer.again().bind(uid).step();
+  statements_->forget_checkpoint.again().bind(uid).step();
+  begun_.erase(uid);
 }
 
 void Writer::take(const OpenedSession& opened) {
@@ -105,6 +126,45 @@ void Writer::take(const OpenedSession& opened) {
 void Writer::take(const EditedSession& edited) {
   statements_->edit.again().bind(edited.uid).bind(edited.revision).bind_bytes(edited.edit).step();
   statements_->touch.again().bind(edited.revision).bind(now_s()).bind(edited.uid).step();
+}
+
+void Writer::take(const SavedCheckpoint& saved) {
+  database_.run(
+      fmt::format("UPDATE form SET version = {} WHERE version < {}", kForm, kForm).c_str());
+  statements_->checkpoint.again()
+      .bind(saved.uid)
+      .bind(saved.revision)
+      .bind_bytes(saved.checkpoint)
+      .bind(saved.uid)
+      .step();
+  statements_->advance.again().bind(saved.revision).bind(saved.uid).step();
+  begun_[saved.uid] = saved.revision;
+}
+
+void Writer::forget_superseded() {
+  if (superseded_.empty()) return;
+  begin();
+  try {
+    std::uint64_t left = kEditsAtOnce;
+    while (left > 0 && !superseded_.empty()) {
+      const auto [uid, revision] = *superseded_.begin();
+      auto& oldest = statements_->oldest_edit.again().bind(uid);
+      const bool is_any = oldest.step() && oldest.number(0) <= revision;
+      const std::uint64_t first = is_any ? oldest.number(0) : 0;
+      statements_->oldest_edit.again();
+      if (!is_any) {
+        superseded_.erase(uid);
+        continue;
+      }
+      const std::uint64_t last = std::min(revision, first + left - 1);
+      statements_->forget_until.again().bind(uid).bind(last).step();
+      left -= last - first + 1;
+    }
+    commit();
+  } catch (...) {
+    roll_back();
+    throw;
+  }
 }
 
 void Writer::take(const ClosedSession& closed) { remove(closed.uid); }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -20,9 +21,19 @@ class Writer {
 
   void begin();
   void commit();
-  void roll_back() noexcept { database_.roll_back(); }
+  void roll_back() noexcept {
+    begun_.clear();
+    database_.roll_back();
+  }
   void write(const Change& change);
   void write_answer(std::uint64_t uid, const std::string& answer);
+  /// Whether there are edits that a checkpoint stands for.
+  [[nodiscard]] bool has_superseded() const { return !superseded_.empty(); }
+  /// Removes some thousand of them, in a transaction of its own: those that wait for the store are
+  /// not held up for longer.
+  void forget_superseded();
+  /// They are removed behind the next checkpoint, or by the next server.
+  void leave_superseded() { superseded_.clear(); }
   /// Sessions that were not changed for so long, and old replies.
   void forget_old();
   /// Old replies, once a minute; free pages go back to the disk.
@@ -32,6 +43,7 @@ class Writer {
   void prepare();
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
+  void take(const SavedCheckpoint& saved);
   void take(const ClosedSession& closed);
   void take(const KeptReply& reply);
   void take(const StartedRun& run);
@@ -40,9 +52,13 @@ class Writer {
 
   const StoreOptions options_;
   std::chrono::steady_clock::time_point forget_at_{};
+  /// Revisions up to which sessions have checkpoints, where edits before may be left.
+  std::map<std::uint64_t, std::uint64_t> superseded_;
+  std::map<std::uint64_t, std::uint64_t> begun_;  // the same, of this transaction
   Database database_;
   struct Statements {
-    Statement open, edit, touch, answer, reply, find, forget_session, forget_edits, forget_answer;
+    Statement open, edit, touch, answer, checkpoint, advance, reply, find, forget_session,
+        forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;
   };
   std::optional<Statements> statements_;
 };
