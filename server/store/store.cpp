@@ -52,6 +52,12 @@ std::error_code make_folder(const fs::path& folder) {
   return {};
 }
 
+/// Of each session the newest.
+void add_newest(SavedCheckpoint checkpoint, std::map<std::uint64_t, SavedCheckpoint>& to) {
+  const auto [known, is_new] = to.try_emplace(checkpoint.uid);
+  if (is_new || known->second.revision < checkpoint.revision) known->second = std::move(checkpoint);
+}
+
 /// SQLite gives its log the mode of its file, and makes that as the umask has it.
 void make_file(const fs::path& file) {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
@@ -141,7 +147,7 @@ void Store::keep_answer(std::uint64_t uid, std::string answer) {
 void Store::keep_checkpoint(SavedCheckpoint checkpoint) {
   {
     const std::lock_guard lock(mutex_);
-    waiting_.checkpoints.insert_or_assign(checkpoint.uid, std::move(checkpoint));
+    add_newest(std::move(checkpoint), waiting_.checkpoints);
   }
   changed_.notify_all();
 }
@@ -223,7 +229,7 @@ void Store::take_waiting(Work& work) {
     work.answers.insert_or_assign(uid, std::move(answer));
   waiting_.answers.clear();
   for (auto& [uid, checkpoint] : waiting_.checkpoints)
-    work.checkpoints.insert_or_assign(uid, std::move(checkpoint));
+    add_newest(std::move(checkpoint), work.checkpoints);
   waiting_.checkpoints.clear();
 }
 

@@ -68,13 +68,17 @@ Writer::Writer(const StoreOptions& options)
 void Writer::prepare() {
   const auto sql = [this](const char* text) { return database_.prepare(text); };
   statements_.emplace(Statements{
+      sql("DELETE FROM replies WHERE client = ? AND id = ?"),
       sql("INSERT OR REPLACE INTO sessions VALUES(?, ?, ?, ?, ?, 0, ?)"),
       sql("INSERT OR REPLACE INTO edits VALUES(?, ?, ?)"),
       sql("UPDATE sessions SET revision = ?, touched = ? WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?)"),
-      sql("INSERT OR REPLACE INTO checkpoints SELECT ?, ?, ? WHERE EXISTS"
-          " (SELECT 1 FROM sessions WHERE uid = ?)"),
+      // One that took long comes behind a newer one, whose edits are gone.
+      sql("INSERT INTO checkpoints SELECT ?, ?, ? WHERE EXISTS"
+          " (SELECT 1 FROM sessions WHERE uid = ?) ON CONFLICT(uid) DO UPDATE SET"
+          " revision = excluded.revision, checkpoint = excluded.checkpoint"
+          " WHERE excluded.revision > checkpoints.revision"),
       sql("UPDATE sessions SET revision = max(revision, ?) WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO replies VALUES(?, ?, ?, ?, ?)"),
       sql("SELECT uid FROM sessions WHERE name = ?"), sql("DELETE FROM sessions WHERE uid = ?"),
@@ -90,7 +94,8 @@ void Writer::prepare() {
 void Writer::begin() { database_.run("BEGIN IMMEDIATE"); }
 void Writer::commit() {
   database_.run("COMMIT");
-  for (const auto& [uid, revision] : begun_) superseded_[uid] = revision;
+  for (const auto& [uid, revision] : begun_)
+    superseded_[uid] = std::max(superseded_[uid], revision);
   begun_.clear();
 }
 
@@ -177,6 +182,20 @@ void Writer::take(const KeptReply& reply) {
       .bind(now_s())
       .bind_bytes(reply.reply)
       .step();
+  forget_replies_beyond(reply);
+}
+
+void Writer::forget_replies_beyond(const KeptReply& newest) {
+  ClientReplies& replies = replies_[newest.client];
+  replies.touched_s = now_s();
+  replies.ids_and_bytes.emplace_back(newest.id, newest.reply.size());
+  replies.bytes += newest.reply.size();
+  while (replies.bytes > kReplyBytesOfClient && replies.ids_and_bytes.size() > 1) {
+    const auto [id, bytes] = replies.ids_and_bytes.front();
+    replies.ids_and_bytes.pop_front();
+    replies.bytes -= bytes;
+    if (id != newest.id) statements_->forget_reply.again().bind_text(newest.client).bind(id).step();
+  }
 }
 
 void Writer::take(const StartedRun& run) {
@@ -202,7 +221,9 @@ void Writer::forget_now_and_then() {
 
 void Writer::forget_replies() {
   auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
-  replies.bind(now_s() - kReplySeconds).step();
+  const std::uint64_t oldest = now_s() - kReplySeconds;
+  replies.bind(oldest).step();
+  std::erase_if(replies_, [&](const auto& one) { return one.second.touched_s < oldest; });
 }
 
 void Writer::forget_old() {

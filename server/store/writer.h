@@ -2,9 +2,11 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/store/changes.h"
 #include "server/store/options.h"
@@ -49,16 +51,23 @@ class Writer {
   void take(const StartedRun& run);
   void remove(std::uint64_t uid);
   void forget_replies();
+  void forget_replies_beyond(const KeptReply& newest);
 
   const StoreOptions options_;
   std::chrono::steady_clock::time_point forget_at_{};
   /// Revisions up to which sessions have checkpoints, where edits before may be left.
   std::map<std::uint64_t, std::uint64_t> superseded_;
   std::map<std::uint64_t, std::uint64_t> begun_;  // the same, of this transaction
+  /// Replies to a client that this writer has written, the oldest first.
+  struct ClientReplies {
+    std::deque<std::pair<std::uint64_t, std::uint64_t>> ids_and_bytes;
+    std::uint64_t bytes = 0, touched_s = 0;
+  };
+  std::map<std::string, ClientReplies> replies_;
   Database database_;
   struct Statements {
-    Statement open, edit, touch, answer, checkpoint, advance, reply, find, forget_session,
-        forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;
+    Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
+        forget_session, forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;
   };
   std::optional<Statements> statements_;
 };

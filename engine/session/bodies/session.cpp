@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/impl.h"
 
 namespace limber::session {

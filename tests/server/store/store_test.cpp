@@ -152,6 +152,36 @@ TEST_F(StoreTest, ACheckpointThatCannotBeWrittenLeavesTheEdits) {
   EXPECT_EQ(count_in(options_, "edits"), 101U);
 }
 
+TEST_F(StoreTest, AnOlderCheckpointComesTooLate) {
+  Store store(options_);
+  std::vector<Change> changes{opened(7, "flower")};
+  for (std::uint64_t i = 1; i <= 20; ++i) changes.emplace_back(edited(7, i));
+  write(store, std::move(changes));
+  for (const std::uint64_t revision : {15, 10}) {
+    store.keep_checkpoint(checkpoint_at(7, revision));
+    store.flush();
+  }
+  store.keep_checkpoint(checkpoint_at(7, 16));
+  store.keep_checkpoint(checkpoint_at(7, 12));
+  store.flush();
+  const proto::StoredSession session = store.load(7);
+  EXPECT_EQ(session.checkpoint().revision(), 16U);
+  ASSERT_EQ(session.edits_size(), 4);
+  EXPECT_EQ(session.edits(0).revision(), 17U);
+}
+
+TEST_F(StoreTest, OfAClientTheNewestRepliesAreKept) {
+  Store store(options_);
+  const std::string reply(kReplyBytesOfClient / 100, ' ');
+  for (std::uint64_t id = 1; id <= 250; ++id)
+    store.append({KeptReply{"busy", id, 0, reply}}, nullptr);
+  store.append({KeptReply{"other", 1, 0, reply}}, nullptr);
+  store.flush();
+  const auto replies = store.replies(kReplySeconds);
+  ASSERT_EQ(replies.size(), 101U);
+  for (const KeptReply& one : replies) EXPECT_TRUE(one.client == "other" || one.id > 150) << one.id;
+}
+
 TEST_F(StoreTest, AServerThatKnowsNoCheckpointsDoesNotReadThem) {
   const auto form = [&] {
     Database database(options_.file(), Database::Access::kRead);
