@@ -199,6 +199,11 @@ void add_store(CLI::App& app, CommandLine& line) {
   add("--data-bytes", line.store.bytes, "Size of the store's file, at most; 0: what the disk holds")
       ->capture_default_str()
       ->transform(CLI::AsSizeValue(false));
+  add("--checkpoint-edits", line.store.checkpoint_edits,
+      "Edits of a session that are stored one by one, about; behind as many, what they have made "
+      "of "
+      "it is stored in their place; 0: all are")
+      ->capture_default_str();
   add("--park-after", line.park_after_s,
       "Seconds after which a stored session that nobody is in or asks for is parked: it takes no "
       "memory, and comes back when somebody asks for it; 0: only when memory is needed")

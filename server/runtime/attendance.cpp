@@ -59,6 +59,37 @@ void Attendance::note_revision(const ClientIdentity& client, std::uint64_t revis
   if (made_.size() > kMaxRevisions) made_.pop_back();
 }
 
+std::vector<proto::StoredMaker> Attendance::makers(Clock::time_point now,
+                                                   std::uint64_t now_ms) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<proto::StoredMaker> makers;
+  for (const Made& made : made_) {
+    proto::StoredMaker& maker = makers.emplace_back();
+    maker.set_first(made.first);
+    maker.set_revision(made.revision);
+    maker.set_name(made.client.name);
+    for (const std::string& edit : made.edits) maker.add_edits(edit);
+    const auto age = std::chrono::duration_cast<std::chrono::milliseconds>(now - made.at).count();
+    maker.set_at_ms(now_ms - static_cast<std::uint64_t>(std::max<std::int64_t>(age, 0)));
+  }
+  return makers;
+}
+
+void Attendance::recall(const google::protobuf::RepeatedPtrField<proto::StoredMaker>& makers,
+                        Clock::time_point now, std::uint64_t now_ms) {
+  const std::lock_guard lock(mutex_);
+  for (const proto::StoredMaker& maker : makers) {
+    if (made_.size() == kMaxRevisions) return;
+    const std::chrono::milliseconds age(now_ms > maker.at_ms() ? now_ms - maker.at_ms() : 0);
+    Made& made = made_.emplace_back();
+    made.revision = maker.revision();
+    made.first = maker.first();
+    made.client.name = maker.name();
+    made.edits.assign(maker.edits().begin(), maker.edits().end());
+    made.at = now - age;
+  }
+}
+
 template <class Message>
 void Attendance::add_people(Message& message, Clock::time_point now) const {
   const std::lock_guard lock(mutex_);

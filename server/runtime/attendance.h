@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "limber/v1/service.pb.h"
+#include "limber/v1/stored.pb.h"
 
 namespace limber::server {
 
@@ -38,6 +39,13 @@ class Attendance {
   void note_revision(const ClientIdentity& client, std::uint64_t revision,
                      std::vector<std::string> edits, Clock::time_point now);
 
+  /// The runs of revisions that this was told of, the newest first.
+  /// @param now_ms  the same time [ms since 1970]
+  [[nodiscard]] std::vector<proto::StoredMaker> makers(Clock::time_point now,
+                                                       std::uint64_t now_ms) const;
+  /// The same again, before anything is noted.
+  void recall(const google::protobuf::RepeatedPtrField<proto::StoredMaker>& makers,
+              Clock::time_point now, std::uint64_t now_ms);
   void describe(proto::SessionStatus& status, Clock::time_point now) const;
   void describe(proto::JoinSessionResponse& response, Clock::time_point now) const;
 

@@ -7,7 +7,6 @@
 
 #include <utility>
 
-#include "limber/v1/stored.pb.h"
 #include "server/log/log.h"
 #include "server/runtime/stream_message.h"
 #include "server/wire/errors.h"
@@ -276,7 +275,9 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
     edit.set_client_name(maker.name);
     edit.set_author(maker.author);
     edit.set_at_ms(milliseconds_since_1970());
-    changes.emplace_back(store::EditedSession{key_.uid, number, edit.SerializeAsString()});
+    std::string bytes = edit.SerializeAsString();
+    stored_edits_.note_edit(bytes.size());
+    changes.emplace_back(store::EditedSession{key_.uid, number, std::move(bytes)});
   };
   while (stored_revision_ + 1 < revision) {
     ++stored_revision_;
@@ -285,6 +286,14 @@ std::vector<store::Change> Record::changes_of(std::uint64_t revision,
   if (revision > stored_revision_) add(revision, made, by);
   stored_revision_ = std::max(stored_revision_, revision);
   return changes;
+}
+
+void Record::begin_at(const proto::StoredCheckpoint&) { demand_document(false); }
+
+void Record::demand_document(bool is_of_this_kind) const {
+  if (is_of_this_kind) return;
+  throw Error(ErrorCode::kInvalidArgument, "checkpoint",
+              fmt::format("this is no checkpoint of {}", subject()));
 }
 
 void Record::note_own_edits(std::uint64_t revision) {

@@ -11,12 +11,14 @@
 
 #include "engine/session/core/step_notes.h"
 #include "engine/session/core/values.h"
+#include "limber/v1/stored.pb.h"
 #include "server/runtime/attendance.h"
 #include "server/runtime/frame_streams.h"
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
 #include "server/runtime/session_memory.h"
 #include "server/runtime/solve_times.h"
+#include "server/runtime/stored_edits.h"
 #include "server/runtime/timers.h"
 
 namespace limber::server {
@@ -111,6 +113,17 @@ class Record : public std::enable_shared_from_this<Record> {
                                                       const Maker& by);
   /// Of a session that comes back: so much is stored. With edit_order().
   void note_stored(std::uint64_t revision) { stored_revision_ = revision; }
+  /// Writes what stands for all edits, as they were when it was made. May take long; any thread.
+  /// @throws Error where that could not be read again
+  using CheckpointWriter = std::function<void(proto::StoredCheckpoint&)>;
+  /// Null where this kind has none: all its edits stay stored. With edit_order().
+  /// @throws Error{kFailedPrecondition} where there is none now
+  [[nodiscard]] virtual CheckpointWriter checkpoint() const { return nullptr; }
+  /// As if the edits that it stands for were made now: before all others.
+  /// @throws Refusal or Error where it is none of such a session
+  virtual void begin_at(const proto::StoredCheckpoint& checkpoint);
+  /// Edits that are stored and no checkpoint stands for. With edit_order().
+  [[nodiscard]] StoredEdits& stored_edits() { return stored_edits_; }
   /// Puts the newest final answer into a scene as where that begins, see Kind::begin_in().
   /// @returns whether there is one
   [[nodiscard]] virtual bool add_start(proto::Scene& /*scene*/) const { return false; }
@@ -158,6 +171,8 @@ class Record : public std::enable_shared_from_this<Record> {
 
  protected:
   [[noreturn]] void refuse_closed() const;
+  /// @throws Error for a checkpoint of another kind of session
+  void demand_document(bool is_of_this_kind) const;
   /// The status fields of a session of this kind. Called without the lock.
   virtual void describe(proto::SessionStatus& status) const = 0;
   /// The session and its model are there: streams may begin. Called without the lock.
@@ -219,6 +234,7 @@ class Record : public std::enable_shared_from_this<Record> {
   std::atomic<bool> is_parked_{false};
   std::recursive_mutex edit_order_;
   std::uint64_t stored_revision_ = 0;  // with edit_order_
+  StoredEdits stored_edits_;           // the same
   std::mutex answering_;  // held while an answer is given to the store: the newest is the last
   std::atomic<bool> is_answer_due_{false};
   // With answering_: no answer is stored before, and what waits for that.

@@ -172,11 +172,12 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
   proto::StoredSession stored;
   if (!stored.ParseFromString(request.content()) || stored.version() == 0)
     throw invalid("content", "this is no session that was exported");
-  if (stored.version() != 1)
-    throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "content",
-                  fmt::format("the session is of form {}, written by limberd {}; this server reads "
-                              "form 1: update it",
-                              stored.version(), stored.server_version()));
+  if (stored.version() > store::Store::kWithCheckpoint)
+    throw Refusal(
+        proto::ERROR_CODE_UNSUPPORTED, "content",
+        fmt::format("the session is of form {}, written by limberd {}; this server reads "
+                    "forms up to {}: update it",
+                    stored.version(), stored.server_version(), store::Store::kWithCheckpoint));
   const auto name =
       sessions_.reserve(request.session().empty() ? stored.session() : request.session());
   const auto record = kept_.restore(name->key(), stored);

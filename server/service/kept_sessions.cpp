@@ -105,6 +105,7 @@ void KeptSessions::edited(const SharedTicket& ticket, Record& record, std::uint6
                           const session::Author& author, proto::Reply reply) {
   write(ticket, record.changes_of(revision, made, {ticket->request_key().client, name, author}),
         std::move(reply));
+  checkpoints_.note_edit(record);
 }
 
 void KeptSessions::closed(const SharedTicket& ticket, std::uint64_t uid, proto::Reply reply) {
@@ -116,6 +117,9 @@ void KeptSessions::imported(const SharedTicket& ticket, const Record& record,
                             std::function<void()> undo) {
   const std::uint64_t uid = record.key().uid;
   std::vector<store::Change> changes{opened_session(record, stored.scene())};
+  if (stored.has_checkpoint())
+    changes.emplace_back(store::SavedCheckpoint{uid, stored.checkpoint().revision(),
+                                                stored.checkpoint().SerializeAsString()});
   for (const auto& edit : stored.edits())
     changes.emplace_back(store::EditedSession{uid, edit.revision(), edit.SerializeAsString()});
   write(ticket, std::move(changes), std::move(reply), std::move(undo));
@@ -183,6 +187,12 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   GatedExecutor gate(hub_.session_executor("returning"));  // before a client's second build
   try {
     opening->start(hub_, gate.executor());
+    std::uint64_t revision = 0;
+    if (stored.has_checkpoint()) {
+      record->begin_at(stored.checkpoint());
+      revision = stored.checkpoint().revision();
+      record->stored_edits().note_checkpoint(stored.checkpoint().ByteSizeLong(), 0, 0);
+    }
     for (const auto& edit : stored.edits()) {
       proto::EditRequest request;
       request.set_session(key.reference());
@@ -190,9 +200,10 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
       if (record->edit(request, edit.author()).revision() != edit.revision())
         throw Error(ErrorCode::kIo, "session",
                     fmt::format("edit {} is missing in what is stored", edit.revision()));
+      revision = edit.revision();
+      record->stored_edits().note_edit(edit.ByteSizeLong());
     }
-    if (stored.edits_size() > 0)
-      record->note_stored(stored.edits(stored.edits_size() - 1).revision());
+    record->note_stored(revision);
     if (people)
       record->continue_with(people);
     else
@@ -216,6 +227,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
 void KeptSessions::recall_makers(Record& record, const proto::StoredSession& stored) {
   const auto now = Attendance::Clock::now();
   const auto now_ms = milliseconds_since_1970();
+  record.attendance().recall(stored.checkpoint().makers(), now, now_ms);
   constexpr int kEdits = 1000;  // that may be one run of one client
   for (int i = std::max(0, stored.edits_size() - kEdits); i < stored.edits_size(); ++i) {
     const proto::StoredEdit& edit = stored.edits(i);

@@ -12,6 +12,7 @@
 #include "server/kinds/registry.h"
 #include "server/runtime/stored_replies.h"
 #include "server/runtime/ticket.h"
+#include "server/service/checkpoints.h"
 #include "server/service/session_parking.h"
 #include "server/service/session_registry.h"
 
@@ -23,7 +24,12 @@ namespace limber::server {
 class KeptSessions {
  public:
   KeptSessions(Hub& hub, const Kinds& kinds, const SceneContext& scenes, SessionRegistry& sessions)
-      : hub_(hub), kinds_(kinds), scenes_(scenes), sessions_(sessions), parking_(hub, sessions) {}
+      : hub_(hub),
+        kinds_(kinds),
+        scenes_(scenes),
+        sessions_(sessions),
+        parking_(hub, sessions),
+        checkpoints_(hub) {}
 
   [[nodiscard]] bool is_on() const { return hub_.store != nullptr; }
   /// At the start: stored sessions are parked, and replies of before are known again.
@@ -55,8 +61,8 @@ class KeptSessions {
   /// A session that has to go for another: it is closed.
   void give_way(Record& record);
 
-  /// The session of a reference, brought back if it was parked: its scene is read, its edits are
-  /// made again, and its model is built behind that.
+  /// The session of a reference, brought back if it was parked: its scene is read, it
+  /// begins at its checkpoint, the edits behind that are made again, and its model is built.
   /// @throws as SessionRegistry::find(); Error{kIo, "session"} where what is stored cannot be read
   [[nodiscard]] std::shared_ptr<Record> find(const std::string& reference);
   /// A session as one message. @throws as find()
@@ -81,6 +87,7 @@ class KeptSessions {
   const SceneContext& scenes_;
   SessionRegistry& sessions_;
   SessionParking parking_;
+  Checkpoints checkpoints_;
   std::set<std::string> runs_;  // instances of before
   std::mutex mutex_;
   std::condition_variable brought_back_;

@@ -16,7 +16,7 @@ const google::protobuf::FieldDescriptor* body_of(const google::protobuf::Message
 }
 
 /// The member `session` that every request about a session has.
-std::string session_of(const proto::Request& request) {
+std::string requested_session(const proto::Request& request) {
   const auto* body = body_of(request);
   LIMBER_DEMAND(body != nullptr);
   const auto& message = request.GetReflection()->GetMessage(request, body);
@@ -50,7 +50,7 @@ void Service::reply_later(const SharedTicket& ticket, const Request& request) {
 }
 
 void Service::ask_session(const SharedTicket& ticket, const Request& request) {
-  const auto record = kept_.find(session_of(request));
+  const auto record = kept_.find(requested_session(request));
   proto::Reply reply;
   const Verb verb = verb_of(request.body_case());
   if (verb.effect == Effect::kLasting)

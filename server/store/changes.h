@@ -20,6 +20,11 @@ struct EditedSession {
   std::uint64_t uid = 0, revision = 0;
   std::string edit;  // StoredEdit
 };
+/// Stands for the edits of a session up to a revision: they go.
+struct SavedCheckpoint {
+  std::uint64_t uid = 0, revision = 0;
+  std::string checkpoint;  // StoredCheckpoint
+};
 struct ClosedSession {
   std::uint64_t uid = 0;
 };
@@ -33,7 +38,8 @@ struct KeptReply {
 struct StartedRun {
   std::string instance;
 };
-using Change = std::variant<OpenedSession, EditedSession, ClosedSession, KeptReply, StartedRun>;
+using Change = std::variant<OpenedSession, EditedSession, SavedCheckpoint, ClosedSession, KeptReply,
+                            StartedRun>;
 
 /// What a session has when the server starts, without what is long.
 struct StoredHead {

@@ -14,6 +14,10 @@ enum class Durability {
 
 /// Replies are known for so long.
 inline constexpr std::uint64_t kReplySeconds = 600;
+/// Of one client, at most [bytes]; older ones go. As much as a server knows of a client while it
+/// runs (StoredReplies::Limits): what is read at the start stays small behind any number of
+/// requests.
+inline constexpr std::uint64_t kReplyBytesOfClient = 1 << 20;
 
 struct StoreOptions {
   std::filesystem::path folder;
@@ -22,6 +26,8 @@ struct StoreOptions {
   std::uint64_t bytes = 0;
   /// Sessions that nobody has changed for so long are removed at the start; 0: none.
   std::chrono::seconds retain{0};
+  /// Edits of a session that are stored before a checkpoint stands for them, about; 0: all stay.
+  std::uint64_t checkpoint_edits = 2000;
   /// Between attempts to write what could not be written.
   std::chrono::milliseconds retry{500};
 

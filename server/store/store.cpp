@@ -52,11 +52,33 @@ std::error_code make_folder(const fs::path& folder) {
   return {};
 }
 
+/// Of each session the newest.
+void add_newest(SavedCheckpoint checkpoint, std::map<std::uint64_t, SavedCheckpoint>& to) {
+  const auto [known, is_new] = to.try_emplace(checkpoint.uid);
+  if (is_new || known->second.revision < checkpoint.revision) known->second = std::move(checkpoint);
+}
+
 /// SQLite gives its log the mode of its file, and makes that as the umask has it.
 void make_file(const fs::path& file) {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (made >= 0) ::close(made);  // else SQLite says why
 }
+
+}  // namespace
+
+namespace {
+
+/// What is read in one breath, whatever is written meanwhile.
+class Reading {
+ public:
+  explicit Reading(Database& database) : database_(database) { database_.run("BEGIN"); }
+  ~Reading() { database_.roll_back(); }
+  Reading(const Reading&) = delete;
+  Reading& operator=(const Reading&) = delete;
+
+ private:
+  Database& database_;
+};
 
 }  // namespace
 
@@ -122,10 +144,19 @@ void Store::keep_answer(std::uint64_t uid, std::string answer) {
   changed_.notify_all();
 }
 
+void Store::keep_checkpoint(SavedCheckpoint checkpoint) {
+  {
+    const std::lock_guard lock(mutex_);
+    add_newest(std::move(checkpoint), waiting_.checkpoints);
+  }
+  changed_.notify_all();
+}
+
 void Store::flush() {
   std::unique_lock lock(mutex_);
   idle_.wait(lock, [this] {
-    const bool is_idle = waiting_.batches.empty() && waiting_.answers.empty() && !is_writing_;
+    const bool is_idle = waiting_.batches.empty() && waiting_.answers.empty() &&
+                         waiting_.checkpoints.empty() && !is_writing_;
     return is_idle || !fault_.empty();
   });
 }
@@ -136,20 +167,23 @@ void Store::write_all() {
   std::unique_lock lock(mutex_);
   while (true) {
     const auto has_news = [this] {
-      return is_ending_ || !waiting_.batches.empty() || !waiting_.answers.empty();
+      return is_ending_ || !waiting_.batches.empty() || !waiting_.answers.empty() ||
+             !waiting_.checkpoints.empty();
     };
     const bool is_behind = !work.batches.empty() || !work.answers.empty();
     if (!is_behind) {
+      while (writer_->has_superseded()) {  // a few, then what has come meanwhile
+        lock.unlock();
+        forget_superseded();
+        lock.lock();
+        if (has_news()) break;
+      }
       changed_.wait(lock, has_news);
     } else if (!is_ending_) {
       changed_.wait_for(lock, options_.retry, [this] { return is_ending_; });
     }
-    for (Batch& batch : waiting_.batches) work.batches.push_back(std::move(batch));
-    waiting_.batches.clear();
-    for (auto& [uid, answer] : waiting_.answers)
-      work.answers.insert_or_assign(uid, std::move(answer));
-    waiting_.answers.clear();
-    if (work.batches.empty() && work.answers.empty()) {
+    take_waiting(work);
+    if (work.batches.empty() && work.answers.empty() && work.checkpoints.empty()) {
       if (is_ending_) return;
       continue;
     }
@@ -157,27 +191,20 @@ void Store::write_all() {
     is_writing_ = true;
     lock.unlock();
     std::string fault;
-    std::size_t changes = work.answers.size();
     try {
-      writer_->begin();
-      for (const Batch& batch : work.batches) {
-        for (const Change& change : batch.changes) writer_->write(change);
-        changes += batch.changes.size();
-      }
-      for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer);
-      writer_->commit();
+      write(work);
     } catch (const std::exception& error) {
       writer_->roll_back();
       fault = error.what();
+      note_fault(fault);
     }
-    // Before anybody learns of it: what is refused from now on is so for this reason.
-    fault.empty() ? note_written(changes) : note_fault(fault);
     for (Batch& batch : work.batches) {
       if (const Done done = std::exchange(batch.done, nullptr)) {
         done(fault.empty() ? nullptr : not_written(fault));
       }
     }
     if (fault.empty()) {
+      write_checkpoints(work);
       work = {};
       forget_now_and_then();
     } else {
@@ -188,10 +215,41 @@ void Store::write_all() {
     is_writing_ = false;
     idle_.notify_all();
     if (!fault.empty() && is_last) {
-      log::error("{} changes of sessions are lost: {}", changes, fault);
+      log::error("{} changes of sessions are lost: {}", count_of(work), fault);
       return;
     }
   }
+}
+
+/// With the lock.
+void Store::take_waiting(Work& work) {
+  for (Batch& batch : waiting_.batches) work.batches.push_back(std::move(batch));
+  waiting_.batches.clear();
+  for (auto& [uid, answer] : waiting_.answers)
+    work.answers.insert_or_assign(uid, std::move(answer));
+  waiting_.answers.clear();
+  for (auto& [uid, checkpoint] : waiting_.checkpoints)
+    add_newest(std::move(checkpoint), work.checkpoints);
+  waiting_.checkpoints.clear();
+}
+
+std::size_t Store::count_of(const Work& work) {
+  std::size_t changes = work.answers.size();
+  for (const Batch& batch : work.batches) changes += batch.changes.size();
+  return changes;
+}
+
+/// Changes and answers, in one transaction. Faults are noted, and their end, before anybody learns
+/// of it: what is refused from now on is so for this reason.
+void Store::write(const Work& work) {
+  if (work.batches.empty() && work.answers.empty()) return;
+  writer_->begin();
+  for (const Batch& batch : work.batches) {
+    for (const Change& change : batch.changes) writer_->write(change);
+  }
+  for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer);
+  writer_->commit();
+  note_written(count_of(work));
 }
 
 /// What is written stays written, whether or not room is made behind it.
@@ -200,6 +258,30 @@ void Store::forget_now_and_then() {
     writer_->forget_now_and_then();
   } catch (const std::exception& fault) {
     log::warn("old replies stay in the store: {}", fault.what());
+  }
+}
+
+/// Behind the edits that they stand for, and behind the answers to who made them.
+void Store::write_checkpoints(Work& work) {
+  if (work.checkpoints.empty()) return;
+  try {
+    writer_->begin();
+    for (const auto& [uid, checkpoint] : work.checkpoints) writer_->write(checkpoint);
+    writer_->commit();
+    note_written(0);
+  } catch (const std::exception& fault) {
+    writer_->roll_back();
+    log::warn("edits of sessions stay in the store, no checkpoint could be written: {}",
+              fault.what());
+  }
+}
+
+void Store::forget_superseded() {
+  try {
+    writer_->forget_superseded();
+  } catch (const std::exception& fault) {
+    log::warn("edits that a checkpoint stands for stay in the store: {}", fault.what());
+    writer_->leave_superseded();
   }
 }
 
@@ -270,16 +352,25 @@ proto::StoredSession Store::load(std::uint64_t uid) {
                   fmt::format("a row of the store {} is damaged", file().string()));
   };
   proto::StoredSession stored;
+  const Reading all_at_once(reader_);  // a checkpoint may be written meanwhile
   auto head = reader_.prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
   if (!head.bind(uid).step())
     throw Error(ErrorCode::kNotFound, "session", "the session is not in the store any more");
-  stored.set_version(1);
+  stored.set_version(kWithoutCheckpoint);
   stored.set_uid(uid);
   stored.set_session(head.bytes(0));
   stored.set_kind(head.bytes(1));
   parse(*stored.mutable_scene(), head.bytes(2));
-  auto edits = reader_.prepare("SELECT edit FROM edits WHERE uid = ? ORDER BY revision");
-  edits.bind(uid);
+  auto checkpoint = reader_.prepare("SELECT revision, checkpoint FROM checkpoints WHERE uid = ?");
+  std::uint64_t revision = 0;
+  if (checkpoint.bind(uid).step()) {
+    revision = checkpoint.number(0);
+    parse(*stored.mutable_checkpoint(), checkpoint.bytes(1));
+    stored.set_version(kWithCheckpoint);
+  }
+  auto edits =
+      reader_.prepare("SELECT edit FROM edits WHERE uid = ? AND revision > ? ORDER BY revision");
+  edits.bind(uid).bind(revision);
   while (edits.step()) parse(*stored.add_edits(), edits.bytes(0));
   auto answer = reader_.prepare("SELECT answer FROM answers WHERE uid = ?");
   if (answer.bind(uid).step()) parse(*stored.mutable_answer(), answer.bytes(0));

@@ -48,6 +48,9 @@ class Store {
   void append(std::vector<Change> changes, Done done, Keep keep = Keep::kUntilWritten);
   /// The newest answer of a session (StoredAnswer): replaces the one that waits or is stored.
   void keep_answer(std::uint64_t uid, std::string answer);
+  /// Stands for the edits of a session up to a revision, which must have been given before: they
+  /// go once it is written. Where it cannot be written it is given up, and they stay.
+  void keep_checkpoint(SavedCheckpoint checkpoint);
   /// Returns when all that was given is written, or could not be.
   void flush();
 
@@ -56,6 +59,8 @@ class Store {
   [[nodiscard]] std::vector<StoredHead> heads();
   /// @throws Error{kNotFound, "session"}; {kIo} where it cannot be read
   [[nodiscard]] proto::StoredSession load(std::uint64_t uid);
+  /// StoredSession.version.
+  static constexpr std::uint32_t kWithoutCheckpoint = 1, kWithCheckpoint = 2;
   /// Notes that a server of this instance has the folder. @returns those that had it before
   [[nodiscard]] std::set<std::string> begin_run(const std::string& instance);
   /// Replies that are younger than so many seconds.
@@ -78,12 +83,18 @@ class Store {
   struct Work {
     std::deque<Batch> batches;
     std::map<std::uint64_t, std::string> answers;
+    std::map<std::uint64_t, SavedCheckpoint> checkpoints;  // of each session the newest
   };
 
   void write_all();
+  void take_waiting(Work& work);
+  [[nodiscard]] static std::size_t count_of(const Work& work);
+  void write(const Work& work);
   /// Of what could not be written: sessions that are closed make room first.
   void make_room(Work& work);
   void forget_now_and_then();
+  void write_checkpoints(Work& work);
+  void forget_superseded();
   void note_written(std::size_t changes);
   void note_fault(const std::string& fault);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <variant>
 #include <vector>
@@ -11,7 +12,10 @@
 namespace limber::server::store {
 namespace {
 
-constexpr std::uint64_t kForm = 1;  // of the tables
+// Of the tables. 1: all edits of a session are there; 2: there are checkpoints, which servers that
+// know form 1 alone must not pass over.
+constexpr std::uint64_t kFirstForm = 1, kForm = 2;
+constexpr std::uint64_t kEditsAtOnce = 4096;  // that are removed
 
 std::uint64_t now_s() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -42,6 +46,8 @@ Writer::Writer(const StoreOptions& options)
       "CREATE TABLE IF NOT EXISTS edits(uid INTEGER NOT NULL, revision INTEGER NOT NULL,"
       " edit BLOB NOT NULL, PRIMARY KEY(uid, revision)) WITHOUT ROWID;"
       "CREATE TABLE IF NOT EXISTS answers(uid INTEGER PRIMARY KEY, answer BLOB NOT NULL);"
+      "CREATE TABLE IF NOT EXISTS checkpoints(uid INTEGER PRIMARY KEY, revision INTEGER NOT NULL,"
+      " checkpoint BLOB NOT NULL);"
       "CREATE TABLE IF NOT EXISTS runs(instance TEXT PRIMARY KEY, at INTEGER NOT NULL);"
       "CREATE TABLE IF NOT EXISTS replies(client TEXT NOT NULL, id INTEGER NOT NULL,"
       " hash INTEGER NOT NULL, at INTEGER NOT NULL, reply BLOB NOT NULL,"
@@ -49,11 +55,11 @@ Writer::Writer(const StoreOptions& options)
       "COMMIT");
   auto form = database_.prepare("SELECT version FROM form");
   if (!form.step()) {
-    database_.run(fmt::format("INSERT INTO form VALUES({})", kForm).c_str());
-  } else if (form.number(0) != kForm) {
+    database_.run(fmt::format("INSERT INTO form VALUES({})", kFirstForm).c_str());
+  } else if (form.number(0) < kFirstForm || form.number(0) > kForm) {
     throw Error(ErrorCode::kFailedPrecondition, "folder",
-                fmt::format("{} is of form {}; this server reads form {}",
-                            database_.file().string(), form.number(0), kForm));
+                fmt::format("{} is of form {}; this server reads forms {} to {}",
+                            database_.file().string(), form.number(0), kFirstForm, kForm));
   }
   prepare();
   forget_old();
@@ -62,18 +68,36 @@ Writer::Writer(const StoreOptions& options)
 void Writer::prepare() {
   const auto sql = [this](const char* text) { return database_.prepare(text); };
   statements_.emplace(Statements{
+      sql("DELETE FROM replies WHERE client = ? AND id = ?"),
       sql("INSERT OR REPLACE INTO sessions VALUES(?, ?, ?, ?, ?, 0, ?)"),
       sql("INSERT OR REPLACE INTO edits VALUES(?, ?, ?)"),
       sql("UPDATE sessions SET revision = ?, touched = ? WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?)"),
+      // One that took long comes behind a newer one, whose edits are gone.
+      sql("INSERT INTO checkpoints SELECT ?, ?, ? WHERE EXISTS"
+          " (SELECT 1 FROM sessions WHERE uid = ?) ON CONFLICT(uid) DO UPDATE SET"
+          " revision = excluded.revision, checkpoint = excluded.checkpoint"
+          " WHERE excluded.revision > checkpoints.revision"),
+      sql("UPDATE sessions SET revision = max(revision, ?) WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO replies VALUES(?, ?, ?, ?, ?)"),
       sql("SELECT uid FROM sessions WHERE name = ?"), sql("DELETE FROM sessions WHERE uid = ?"),
-      sql("DELETE FROM edits WHERE uid = ?"), sql("DELETE FROM answers WHERE uid = ?")});
+      sql("DELETE FROM edits WHERE uid = ?"), sql("DELETE FROM answers WHERE uid = ?"),
+      sql("DELETE FROM checkpoints WHERE uid = ?"),
+      sql("SELECT revision FROM edits WHERE uid = ? ORDER BY revision LIMIT 1"),
+      sql("DELETE FROM edits WHERE uid = ? AND revision <= ?")});
+  // Those that a server left which ended right behind a checkpoint.
+  auto checkpoints = database_.prepare("SELECT uid, revision FROM checkpoints");
+  while (checkpoints.step()) superseded_[checkpoints.number(0)] = checkpoints.number(1);
 }
 
 void Writer::begin() { database_.run("BEGIN IMMEDIATE"); }
-void Writer::commit() { database_.run("COMMIT"); }
+void Writer::commit() {
+  database_.run("COMMIT");
+  for (const auto& [uid, revision] : begun_)
+    superseded_[uid] = std::max(superseded_[uid], revision);
+  begun_.clear();
+}
 
 void Writer::write(const Change& change) {
   std::visit([this](const auto& one) { take(one); }, change);
@@ -83,6 +107,8 @@ void Writer::remove(std::uint64_t uid) {
   statements_->forget_session.again().bind(uid).step();
   statements_->forget_edits.again().bind(uid).step();
   statements_->forget_answer.again().bind(uid).step();
+  statements_->forget_checkpoint.again().bind(uid).step();
+  begun_.erase(uid);
 }
 
 void Writer::take(const OpenedSession& opened) {
@@ -107,6 +133,45 @@ void Writer::take(const EditedSession& edited) {
   statements_->touch.again().bind(edited.revision).bind(now_s()).bind(edited.uid).step();
 }
 
+void Writer::take(const SavedCheckpoint& saved) {
+  database_.run(
+      fmt::format("UPDATE form SET version = {} WHERE version < {}", kForm, kForm).c_str());
+  statements_->checkpoint.again()
+      .bind(saved.uid)
+      .bind(saved.revision)
+      .bind_bytes(saved.checkpoint)
+      .bind(saved.uid)
+      .step();
+  statements_->advance.again().bind(saved.revision).bind(saved.uid).step();
+  begun_[saved.uid] = saved.revision;
+}
+
+void Writer::forget_superseded() {
+  if (superseded_.empty()) return;
+  begin();
+  try {
+    std::uint64_t left = kEditsAtOnce;
+    while (left > 0 && !superseded_.empty()) {
+      const auto [uid, revision] = *superseded_.begin();
+      auto& oldest = statements_->oldest_edit.again().bind(uid);
+      const bool is_any = oldest.step() && oldest.number(0) <= revision;
+      const std::uint64_t first = is_any ? oldest.number(0) : 0;
+      statements_->oldest_edit.again();
+      if (!is_any) {
+        superseded_.erase(uid);
+        continue;
+      }
+      const std::uint64_t last = std::min(revision, first + left - 1);
+      statements_->forget_until.again().bind(uid).bind(last).step();
+      left -= last - first + 1;
+    }
+    commit();
+  } catch (...) {
+    roll_back();
+    throw;
+  }
+}
+
 void Writer::take(const ClosedSession& closed) { remove(closed.uid); }
 
 void Writer::take(const KeptReply& reply) {
@@ -117,6 +182,20 @@ void Writer::take(const KeptReply& reply) {
       .bind(now_s())
       .bind_bytes(reply.reply)
       .step();
+  forget_replies_beyond(reply);
+}
+
+void Writer::forget_replies_beyond(const KeptReply& newest) {
+  ClientReplies& replies = replies_[newest.client];
+  replies.touched_s = now_s();
+  replies.ids_and_bytes.emplace_back(newest.id, newest.reply.size());
+  replies.bytes += newest.reply.size();
+  while (replies.bytes > kReplyBytesOfClient && replies.ids_and_bytes.size() > 1) {
+    const auto [id, bytes] = replies.ids_and_bytes.front();
+    replies.ids_and_bytes.pop_front();
+    replies.bytes -= bytes;
+    if (id != newest.id) statements_->forget_reply.again().bind_text(newest.client).bind(id).step();
+  }
 }
 
 void Writer::take(const StartedRun& run) {
@@ -142,7 +221,9 @@ void Writer::forget_now_and_then() {
 
 void Writer::forget_replies() {
   auto replies = database_.prepare("DELETE FROM replies WHERE at < ?");
-  replies.bind(now_s() - kReplySeconds).step();
+  const std::uint64_t oldest = now_s() - kReplySeconds;
+  replies.bind(oldest).step();
+  std::erase_if(replies_, [&](const auto& one) { return one.second.touched_s < oldest; });
 }
 
 void Writer::forget_old() {

@@ -2,8 +2,11 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/store/changes.h"
 #include "server/store/options.h"
@@ -20,9 +23,19 @@ class Writer {
 
   void begin();
   void commit();
-  void roll_back() noexcept { database_.roll_back(); }
+  void roll_back() noexcept {
+    begun_.clear();
+    database_.roll_back();
+  }
   void write(const Change& change);
   void write_answer(std::uint64_t uid, const std::string& answer);
+  /// Whether there are edits that a checkpoint stands for.
+  [[nodiscard]] bool has_superseded() const { return !superseded_.empty(); }
+  /// Removes some thousand of them, in a transaction of its own: those that wait for the store are
+  /// not held up for longer.
+  void forget_superseded();
+  /// They are removed behind the next checkpoint, or by the next server.
+  void leave_superseded() { superseded_.clear(); }
   /// Sessions that were not changed for so long, and old replies.
   void forget_old();
   /// Old replies, once a minute; free pages go back to the disk.
@@ -32,17 +45,29 @@ class Writer {
   void prepare();
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
+  void take(const SavedCheckpoint& saved);
   void take(const ClosedSession& closed);
   void take(const KeptReply& reply);
   void take(const StartedRun& run);
   void remove(std::uint64_t uid);
   void forget_replies();
+  void forget_replies_beyond(const KeptReply& newest);
 
   const StoreOptions options_;
   std::chrono::steady_clock::time_point forget_at_{};
+  /// Revisions up to which sessions have checkpoints, where edits before may be left.
+  std::map<std::uint64_t, std::uint64_t> superseded_;
+  std::map<std::uint64_t, std::uint64_t> begun_;  // the same, of this transaction
+  /// Replies to a client that this writer has written, the oldest first.
+  struct ClientReplies {
+    std::deque<std::pair<std::uint64_t, std::uint64_t>> ids_and_bytes;
+    std::uint64_t bytes = 0, touched_s = 0;
+  };
+  std::map<std::string, ClientReplies> replies_;
   Database database_;
   struct Statements {
-    Statement open, edit, touch, answer, reply, find, forget_session, forget_edits, forget_answer;
+    Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
+        forget_session, forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;
   };
   std::optional<Statements> statements_;
 };

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Kills limberd at random moments while clients edit sessions of all kinds, and looks for what it had acknowledged.
 
-usage: tests/chaos/kills.py [--kills 500] [--seed 1] [--outlives power|process] [--json FILE]
+usage: tests/chaos/kills.py [--kills 500] [--seed 1] [--outlives power|process] [--checkpoint-edits 2000] [--json FILE]
 
 Prints one JSON object: kills, acknowledged edits, lost ones (0 is wanted), sessions that did not come back (0), and how long
 a restart and the first answer about a parked session took. LIMBER_BIN: the folder of limberd."""
@@ -126,7 +126,7 @@ def run(options):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         running = Restartable(find_binary("limberd"), folder, folder / "cache", "--data", str(folder / "data"),
-                              "--data-outlives", options.outlives)
+                              "--data-outlives", options.outlives, "--checkpoint-edits", str(options.checkpoint_edits))
         with contextlib.closing(running), limber.connect(running.endpoint, timeout=60) as server:
             drags = [Body(server, "body", {"scene": small_scene()}), Linkage(server, "linkage", {"scene": strip_scene()}),
                      Beams(server, "beams", {"sample": "arch"})]
@@ -165,6 +165,7 @@ def main():
     parser.add_argument("--kills", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--outlives", choices=("power", "process"), default="power")
+    parser.add_argument("--checkpoint-edits", type=int, default=2000, help="as of limberd: few, for many checkpoints")
     parser.add_argument("--json", help="file for the result")
     options = parser.parse_args()
     result = json.dumps(run(options))

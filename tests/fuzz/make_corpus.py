@@ -14,7 +14,7 @@ sys.path[:0] = [str(ROOT / "clients/python"), str(ROOT / "tests/integration")]
 import limber  # noqa: E402
 from google.protobuf import json_format  # noqa: E402
 from google.protobuf.descriptor import FieldDescriptor as Field  # noqa: E402
-from limber.v1 import scene_pb2, service_pb2, stored_pb2  # noqa: E402
+from limber.v1 import beam_structure_pb2, scene_pb2, service_pb2, stored_pb2  # noqa: E402
 
 SEPARATOR = b"\n%%%\n"
 DATA = ROOT / "tests/engine/scene/data"
@@ -229,7 +229,45 @@ def texts():
     yield "odd.json", b'{"name": "\\u00e9\\ud83d\\ude00", "frames": 3e1, "fixedNodes": [1, 2,], "fixed_nodes": []}'
 
 
+def checkpoints():
+    """One of each kind, with a step of undo and one of redo."""
+    def snapshots(one, other):
+        history = stored_pb2.StoredSnapshots(undo_count=1, last_number=2)
+        for message, before in ((one, False), (other, True), (other, True)):
+            new = message.SerializeToString() if not before else b"\x0a\x00"
+            kept = 2 if before else 0  # bytes of the one before
+            history.snapshots.add(difference=bytes((kept, 0, len(new))) + new).step.number = 1
+        return history
+
+    linkage = scene_pb2.RodLinkage()
+    linkage.conditions.mean_angle_degrees = 20
+    linkage.conditions.pins.add(joint=0, held=scene_pb2.HELD_MOTION)
+    yield "linkage", stored_pb2.StoredCheckpoint(
+        revision=2, linkage=stored_pb2.StoredLinkage(history=snapshots(linkage, linkage), last_target=3, is_return=True))
+    beams = beam_structure_pb2.BeamStructure()
+    beams.supports.add(node=0, fix_x=True)
+    beams.loads.add(node=1).force.z = -1
+    yield "beams", stored_pb2.StoredCheckpoint(revision=2, beams=stored_pb2.StoredBeams(history=snapshots(beams, beams)))
+    body = stored_pb2.StoredBody(next_constraint=3, next_keyframe=2, content=1, last_content=2)
+    body.scene.constraints.add(id=1, frame=2, nodes=[3], weight=10).displacement.y = 1
+    body.poses.add(type=2, shape=[1, 3], data=bytes(24))
+    pose = stored_pb2.StoredKeyframe(pose=0)
+    pose.keyframe.id, pose.keyframe.frame, pose.keyframe.weight = 1, 4, 2
+    body.keyframes.add().CopyFrom(pose)
+    step = body.undo.add(content=1)
+    step.step.author, step.step.number = "one", 1
+    step.changes.add(remove_constraint=1)
+    step.changes.add(keyframe=pose)
+    step.changes.add().move_constraint.id = 1
+    body.redo.add().changes.add().fit.epoch = 1
+    yield "body", stored_pb2.StoredCheckpoint(revision=2, body=body)
+
+
 def stored():
+    for name, checkpoint in checkpoints():
+        session = stored_pb2.StoredSession(version=2, session=name, uid=5, checkpoint=checkpoint)
+        yield "checkpoint_" + name, b"x" + session.SerializeToString()
+        yield "checkpoint_row_" + name, SEPARATOR.join([b"s5,6:", b"c5,2:" + checkpoint.SerializeToString()])
     all_edits = [edit for _, edit in edits()]
     for name, scene in scenes().items():
         session = stored_pb2.StoredSession(version=1, server_version="0.1.0", session=name, uid=5, kind="bodies")

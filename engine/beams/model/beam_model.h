@@ -151,6 +151,9 @@ struct BeamModel {
 ///     or one by axes that mix with its support's;
 ///   {kFailedPrecondition} nothing holds a structure that hangs together (no support, no motion)
 void validate(const BeamModel& model);
+/// The same of a model whose nodes, sections and elements are known to be valid: looks at supports,
+/// motions and loads alone.
+void validate_conditions(const BeamModel& model);
 
 /// Of a node that is both fixed and moved along the same axis, the motion holds: clears what
 /// supports fix in directions that a motion gives. Motions by axes that mix with those of the

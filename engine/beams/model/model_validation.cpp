@@ -22,12 +22,23 @@ constexpr double kFarthest = 1e6;
 /// Attitudes of ends that are twisted further come close to half a turn [rad].
 constexpr double kMaxRestTwistRad = 2;
 
-std::string at(const char* list, std::size_t index, const char* member = "") {
-  return fmt::format("{}[{}]{}{}", list, index, *member == 0 ? "" : ".", member);
+/// A field. Becomes text where something is wrong with it alone: writing the names of all that is
+/// sound would take most of the time.
+struct Field {
+  const char* list;
+  std::size_t index;
+  const char *between, *rest;
+
+  operator std::string() const {  // NOLINT(google-explicit-constructor): stands for its name
+    return fmt::format("{}[{}]{}{}", list, index, between, rest);
+  }
+};
+Field at(const char* list, std::size_t index, const char* member = "") {
+  return {list, index, *member == 0 ? "" : ".", member};
 }
 /// What clients do not give by a name of its own, in words.
-std::string described(const char* list, std::size_t index, const char* words) {
-  return fmt::format("{}: {}", at(list, index), words);
+Field described(const char* list, std::size_t index, const char* words) {
+  return {list, index, ": ", words};
 }
 [[noreturn]] void refuse(const std::string& field, const std::string& why,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
@@ -35,21 +46,22 @@ std::string described(const char* list, std::size_t index, const char* words) {
   // is what it belongs to.
   throw Error(code, field.substr(0, field.find(':')), fmt::format("{} {}", field, why));
 }
-void require_index(int index, std::size_t count, const std::string& field, const char* what) {
+void require_index(int index, std::size_t count, const Field& field, const char* what) {
   if (index < 0 || static_cast<std::size_t>(index) >= count)
     refuse(field, fmt::format("= {}, but there are {} {}", index, count, what),
            ErrorCode::kOutOfRange);
 }
-void require_finite(const Eigen::Vector3d& value, const std::string& field) {
+template <class Name>
+void require_finite(const Eigen::Vector3d& value, const Name& field) {
   if (!(value.cwiseAbs().maxCoeff() <= kLargest) || !value.allFinite())
     refuse(field, fmt::format("= ({}, {}, {}), must be finite, and at most {:g}", value.x(),
                               value.y(), value.z(), kLargest));
 }
-void require_positive(double value, const std::string& field) {
+void require_positive(double value, const Field& field) {
   if (!(value > 0) || !(value <= kLargest))
     refuse(field, fmt::format("= {}, must be > 0, and at most {:g}", value, kLargest));
 }
-void require_not_negative(double value, const std::string& field) {
+void require_not_negative(double value, const Field& field) {
   if (!(value >= 0) || !(value <= kLargest))
     refuse(field, fmt::format("= {}, must be >= 0, and at most {:g}", value, kLargest));
 }
@@ -145,7 +157,7 @@ void check_elements(const BeamModel& model) {
   }
 }
 
-void require_frame(const Eigen::Matrix3d& axes, const std::string& field) {
+void require_frame(const Eigen::Matrix3d& axes, const Field& field) {
   if (!axes.allFinite() || !(axes.transpose() * axes).isIdentity(1e-9) || axes.determinant() < 0)
     refuse(field, "must have orthonormal, right-handed columns");
 }
@@ -179,7 +191,7 @@ void check_turn(const BeamSupport* support, const PrescribedMotion& m, std::size
                        m.node));
 }
 
-void require_used(const std::vector<char>& used, int node, const std::string& field) {
+void require_used(const std::vector<char>& used, int node, const Field& field) {
   if (used[static_cast<std::size_t>(node)] == 0)
     refuse(field, fmt::format("= {}, a node of no element", node));
 }
@@ -286,6 +298,10 @@ void validate(const BeamModel& model) {
   check_sections(model);
   check_elements(model);
   check_place(model);
+  validate_conditions(model);
+}
+
+void validate_conditions(const BeamModel& model) {
   check_holds(model);
   check_loads(model);
   check_held(model);

@@ -301,7 +301,7 @@ class BeamDocument::Request {
     if (!std::exchange(is_open_, false)) return;
     BeamConditions made = conditions().made();
     try {
-      validate(with_conditions(document_.model_, made));
+      validate_conditions(with_conditions(document_.model_, made));
     } catch (const Error& error) {
       throw Error(error.code(), last_name(error.field()), error.what());
     }
@@ -328,6 +328,21 @@ BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
     : model_(std::move(model)), limits_(limits), history_(conditions_of(model_)) {
   limits.validate();
   validate(model_);
+}
+
+void BeamDocument::demand_reachable(const Checkpoint& checkpoint) const {
+  demand_history(checkpoint.history, limits_.undo_depth);
+  beams::BeamModel model = model_;
+  for_each_snapshot(checkpoint.history, [&](const BeamConditions& conditions) {
+    model = with_conditions(std::move(model), conditions);
+    validate_conditions(model);
+  });
+}
+
+void BeamDocument::begin_at(Checkpoint checkpoint) {
+  LIMBER_DEMAND(revision_ == 0);
+  history_ = History(std::move(checkpoint.history));
+  revision_ = checkpoint.revision;
 }
 
 BeamDocument::Prepared BeamDocument::prepare(const std::vector<BeamEdit>& edits,

@@ -43,6 +43,17 @@ class BeamDocument {
   /// @throws Error as beams::validate and BeamLimits::validate
   explicit BeamDocument(beams::BeamModel model, BeamLimits limits = {});
 
+  /// What edits have made of it, and where undo and redo lead from there: stands for the edits.
+  struct Checkpoint {
+    Revision revision = 0;
+    History::Parts history;
+  };
+  [[nodiscard]] Checkpoint checkpoint() const { return {revision_, history_.parts()}; }
+  /// @throws Error where no edits of a structure like this one lead there
+  void demand_reachable(const Checkpoint& checkpoint) const;
+  /// Continues there. @pre no edit was made, as demand_reachable()
+  void begin_at(Checkpoint checkpoint);
+
   /// @param places  asked by HoldNode
   /// @returns with warnings of gravity that nothing feels and of releases of what nothing holds
   /// or loads

@@ -58,7 +58,13 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
 
   EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
                    const Author& author);
+  void begin_at(BeamDocument::Checkpoint checkpoint);
+  [[nodiscard]] BeamDocument::Checkpoint checkpoint() const {  // with the lock
+    demand_answer_of(pushed_);
+    return document_.checkpoint();
+  }
 
+  /// Its revision changes under the lock, what it demands of edits never.
   [[nodiscard]] const BeamDocument& document() const { return document_; }
 
  private:
@@ -93,6 +99,7 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
   const beams::BeamDiscretisation discretisation_;
   LiveBeams live_;  // the task's
   // Under the lock:
+  Revision pushed_ = 0;                // the newest with temporary loads; 0: none
   std::uint64_t check_begun_for_ = 0;  // sequence of the result; 0: none
   bool is_checking_ = false;
   Cancellation check_cancellation_;
@@ -122,7 +129,21 @@ EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
         // What has temporary loads is solved to its end before an edit is looked at.
         if (has_work_ && selects_buckling_direction(*document_.conditions()))
           finish_first(document_.revision(), {document_.conditions()});
-        return document_.commit(std::move(*prepared));
+        EditReceipt receipt = document_.commit(std::move(*prepared));
+        if (!document_.conditions()->temporary_loads.empty()) pushed_ = document_.revision();
+        return receipt;
+      });
+}
+
+void BeamSession::Impl::begin_at(BeamDocument::Checkpoint checkpoint) {
+  change(
+      [&] {
+        demand_unedited();
+        document_.demand_reachable(checkpoint);
+      },
+      [&] {
+        document_.begin_at(std::move(checkpoint));
+        return EditReceipt{document_.revision(), {}, {}, {}};
       });
 }
 
@@ -283,6 +304,15 @@ std::shared_ptr<const BeamConditions> BeamSession::conditions() const {
 EditReceipt BeamSession::edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
                               const Author& author) {
   return impl_->edit(edits, expected, author);
+}
+BeamDocument::Checkpoint BeamSession::checkpoint() const {
+  return impl_->read([this] { return impl_->checkpoint(); });
+}
+void BeamSession::demand_reachable(const BeamDocument::Checkpoint& checkpoint) const {
+  impl_->document().demand_reachable(checkpoint);
+}
+void BeamSession::begin_at(BeamDocument::Checkpoint checkpoint) {
+  impl_->begin_at(std::move(checkpoint));
 }
 void BeamSession::cancel() { impl_->cancel(); }
 void BeamSession::close() { impl_->shut(Impl::CloseNotification::kSent); }

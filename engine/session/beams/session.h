@@ -67,6 +67,15 @@ class BeamSession {
   /// @param author  whose edits they are, see StepChoice
   EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected = {},
                    const Author& author = {});
+  /// What stands for all edits up to revision(), to begin at it elsewhere.
+  /// @throws Error{kFailedPrecondition} while an answer is missing that edits depend on and the
+  /// checkpoint does not say: of pushes
+  [[nodiscard]] BeamDocument::Checkpoint checkpoint() const;
+  /// @throws Error as BeamDocument
+  void demand_reachable(const BeamDocument::Checkpoint& checkpoint) const;
+  /// As if those edits were made now. @throws Error as demand_reachable() and edit();
+  /// {kFailedPrecondition} behind the first edit
+  void begin_at(BeamDocument::Checkpoint checkpoint);
   /// Stops a running solve: a final result with status kCancelled, which holds the last
   /// equilibrium.
   void cancel();

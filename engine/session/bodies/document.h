@@ -56,6 +56,27 @@ class Document {
   /// Takes over what edits have made of a copy, and leaves it what there was.
   void exchange_edited(Document& copy);
 
+  /// What edits have made of it, and where undo and redo lead from there: stands for the edits.
+  /// Names and numbers that were given are not given again.
+  struct Checkpoint {
+    Revision revision = 0;
+    scene::End first_end = scene::End::kFree, last_end = scene::End::kFree;
+    scene::Dynamics dynamics;
+    MaterialChange material;
+    std::uint64_t last_epoch = 0;
+    std::vector<scene::Constraint> constraints;
+    std::vector<scene::Keyframe> keyframes;
+    std::uint64_t next_constraint = 1, next_keyframe = 1;
+    std::uint64_t content = 0, last_content = 0;
+    std::vector<ChangeSteps::Step> undo, redo;  // newest last
+    std::uint64_t last_step = 0;
+  };
+  [[nodiscard]] Checkpoint checkpoint() const;
+  /// @throws Error where no edits of a scene like this one lead there
+  void demand_reachable(const Checkpoint& checkpoint) const;
+  /// Continues there. @pre no edit was made, as demand_reachable()
+  void begin_at(const Checkpoint& checkpoint);
+
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] scene::End first_end() const { return first_end_; }
   [[nodiscard]] scene::End last_end() const { return last_end_; }
@@ -101,6 +122,12 @@ class Document {
   void make(Change change, Request& request);
   void close_step(Request& request);
   Change exchange(Change change);
+  // document_checkpoint.cpp:
+  void load(const Checkpoint& checkpoint);
+  void try_steps(const ChangeSteps& steps);
+  void demand_keyframe(const scene::Keyframe& keyframe) const;
+  void demand_possible(const Change& change) const;
+
   void number(scene::Constraint& constraint);
   void demand_one_more() const;
   void demand_room(std::size_t nodes) const;

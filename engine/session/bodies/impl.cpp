@@ -69,6 +69,27 @@ EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
       });
 }
 
+void BodySession::Impl::begin_at(const Document::Checkpoint& checkpoint) {
+  change(
+      [&] {
+        demand_unedited();
+        document_.demand_reachable(checkpoint);
+      },
+      [&] {
+        document_.begin_at(checkpoint);
+        whole_ = true;
+        return EditReceipt{document_.revision(), {}, {}, {}};
+      });
+}
+
+void BodySession::Impl::demand_reachable(const Document::Checkpoint& checkpoint) {
+  const Document copy = [this] {
+    const std::lock_guard one_at_a_time(edits_);
+    return document_;
+  }();
+  copy.demand_reachable(checkpoint);
+}
+
 void BodySession::Impl::solve_cold(std::uint64_t request) {
   std::unique_lock lock(mutex_);
   demand_open();

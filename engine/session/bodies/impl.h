@@ -44,6 +44,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
 
   EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
                    const Author& author);
+  void begin_at(const Document::Checkpoint& checkpoint);
+  void demand_reachable(const Document::Checkpoint& checkpoint);
   void solve_cold(std::uint64_t request);
   void look_at(spacetime::FrameSpan frames);
   /// SessionCore::cancel(), and the choice of modes.

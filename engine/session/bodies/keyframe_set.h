@@ -35,6 +35,12 @@ class KeyframeSet {
     std::swap(next_id_, copy.next_id_);
   }
 
+  /// @pre numbered, one in a frame at most
+  void replace(const std::vector<scene::Keyframe>& keyframes) {
+    keyframes_.clear();
+    for (const scene::Keyframe& keyframe : keyframes) keyframes_.emplace(keyframe.id, keyframe);
+  }
+
   [[nodiscard]] const std::map<std::uint64_t, scene::Keyframe>& all() const { return keyframes_; }
   [[nodiscard]] std::vector<scene::Keyframe> list() const;  // by id
   [[nodiscard]] const scene::KeyframeRules& rules() const { return rules_; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/impl.h"
 
 namespace limber::session {
@@ -55,6 +56,16 @@ EditReceipt BodySession::edit(const std::vector<BodyEdit>& edits, std::optional<
                               const Author& author) {
   return impl_->edit(edits, expected, author);
 }
+
+Document::Checkpoint BodySession::checkpoint() const {
+  return impl_->read([this] { return impl_->document().checkpoint(); });
+}
+
+void BodySession::demand_reachable(const Document::Checkpoint& checkpoint) const {
+  impl_->demand_reachable(checkpoint);
+}
+
+void BodySession::begin_at(const Document::Checkpoint& checkpoint) { impl_->begin_at(checkpoint); }
 
 void BodySession::solve_cold(std::uint64_t request) { impl_->solve_cold(request); }
 

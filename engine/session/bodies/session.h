@@ -11,6 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/scene/scene.h"
+#include "engine/session/bodies/document.h"
 #include "engine/session/bodies/edit.h"
 #include "engine/session/bodies/mode_choice.h"
 #include "engine/session/bodies/model_cache.h"
@@ -170,6 +171,13 @@ class BodySession {
   /// @param author  whose edits they are, see StepChoice
   EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected = {},
                    const Author& author = {});
+  /// What stands for all edits up to revision(), to begin at it elsewhere.
+  [[nodiscard]] Document::Checkpoint checkpoint() const;
+  /// @throws Error as Document
+  void demand_reachable(const Document::Checkpoint& checkpoint) const;
+  /// As if those edits were made now. @throws Error as demand_reachable() and edit();
+  /// {kFailedPrecondition} behind the first edit
+  void begin_at(const Document::Checkpoint& checkpoint);
 
   /// Solves the current problem from z = 0. The final result that is there already stays (published
   /// again, with a message) unless this one is better. In state kFailed: tries to build again.

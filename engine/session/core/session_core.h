@@ -214,6 +214,17 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     has_work_ = true;
     is_cancelled_ = false;
   }
+  /// @throws Error{kFailedPrecondition} behind the first edit
+  void demand_unedited() const {
+    if (document_revision() == 0) return;
+    throw Error(ErrorCode::kFailedPrecondition, "", "edits were made already");
+  }
+  /// With the lock. @throws Error{kFailedPrecondition} where no final result is as new as that
+  void demand_answer_of(Revision revision) const {
+    if (revision == 0 || (final_ && final_->revision >= revision)) return;
+    throw Error(ErrorCode::kFailedPrecondition, "",
+                fmt::format("revision {} is not solved yet", revision));
+  }
   /// With the lock: what there was before an edit is solved to its end before the edit.
   void finish_first(Revision revision, Order order) {
     const Revision taken = first_.empty() ? taken_ : first_.back().revision;

@@ -305,8 +305,7 @@ class LinkageDocument::Request {
   void close_step() {
     if (!std::exchange(is_open_, false)) return;
     LinkageConditions made = conditions().made();
-    auto issues = scene::validate(made, document_.joints_, document_.segments_);
-    if (issues.empty() && document_.check_) issues = document_.check_(made);
+    const auto issues = document_.issues_of(made);
     if (!issues.empty())
       throw Error(issues[0].code, last_field(issues[0].field), issues[0].message);
     state_.history.step_to(
@@ -361,6 +360,27 @@ std::vector<std::shared_ptr<const LinkageConditions>> LinkageDocument::steps_bef
   if (!state_.is_return) return {};
   const auto& steps = state_.history.undo_steps();
   return {steps.rbegin(), steps.rend()};
+}
+
+std::vector<scene::Issue> LinkageDocument::issues_of(const LinkageConditions& conditions) const {
+  auto issues = scene::validate(conditions, joints_, segments_);
+  if (issues.empty() && check_) issues = check_(conditions);
+  return issues;
+}
+
+void LinkageDocument::demand_reachable(const Checkpoint& checkpoint) const {
+  demand_history(checkpoint.history, limits_.undo_depth);
+  for_each_snapshot(checkpoint.history, [&](const LinkageConditions& conditions) {
+    const auto issues = issues_of(conditions);
+    if (!issues.empty()) throw Error(issues[0].code, issues[0].field, issues[0].message);
+  });
+}
+
+void LinkageDocument::begin_at(Checkpoint checkpoint) {
+  LIMBER_DEMAND(revision_ == 0);
+  state_ = {SnapshotHistory<LinkageConditions>(std::move(checkpoint.history)), checkpoint.last_id,
+            checkpoint.is_return};
+  revision_ = checkpoint.revision;
 }
 
 LinkageDocument::Prepared LinkageDocument::prepare(const std::vector<LinkageEdit>& edits,

@@ -54,6 +54,19 @@ class LinkageDocument {
   LinkageDocument(scene::LinkageConditions conditions, int joints, int segments,
                   LinkageLimits limits = {}, Check check = {});
 
+  /// As of BeamDocument.
+  struct Checkpoint {
+    Revision revision = 0;
+    SnapshotHistory<scene::LinkageConditions>::Parts history;
+    std::uint64_t last_id = 0;  // the greatest that a target was given
+    bool is_return = false;     // does undo or redo end the last request
+  };
+  [[nodiscard]] Checkpoint checkpoint() const {
+    return {revision_, state_.history.parts(), state_.last_id, state_.is_return};
+  }
+  void demand_reachable(const Checkpoint& checkpoint) const;
+  void begin_at(Checkpoint checkpoint);
+
   /// @returns with warnings of releases of what nothing holds, sets or loads
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
@@ -84,6 +97,8 @@ class LinkageDocument {
  private:
   class Request;
   static State first_state(scene::LinkageConditions conditions);
+  [[nodiscard]] std::vector<scene::Issue> issues_of(
+      const scene::LinkageConditions& conditions) const;
 
   int joints_, segments_;
   LinkageLimits limits_;

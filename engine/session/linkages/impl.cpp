@@ -83,9 +83,25 @@ EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
                                  {document_.conditions(), {}, document_.steps_before_return()});
                   check_.stop();
                   EditReceipt receipt = document_.commit(std::move(*prepared));
+                  if (holds_where_it_is(edits)) held_where_it_was_ = document_.revision();
                   if (document_.conditions()->edge_lengths.size() > 0) has_named_edges_ = true;
                   return receipt;
                 });
+}
+
+void LinkageSession::Impl::begin_at(LinkageDocument::Checkpoint checkpoint) {
+  change(
+      [&] {
+        demand_unedited();
+        document_.demand_reachable(checkpoint);
+      },
+      [&] {
+        for_each_snapshot(checkpoint.history, [&](const scene::LinkageConditions& conditions) {
+          if (conditions.edge_lengths.size() > 0) has_named_edges_ = true;
+        });
+        document_.begin_at(std::move(checkpoint));
+        return EditReceipt{document_.revision(), {}, {}, {}};
+      });
 }
 
 LinkageOrder LinkageSession::Impl::take_order() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -40,6 +41,13 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
 
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected,
                    const Author& author);
+  void begin_at(LinkageDocument::Checkpoint checkpoint);
+  [[nodiscard]] LinkageDocument::Checkpoint checkpoint() const {  // with the lock
+    // Numbers of edges mean those that it has by now, which the answer tells.
+    demand_answer_of(has_named_edges_ ? std::max<Revision>(held_where_it_was_, 1)
+                                      : held_where_it_was_);
+    return document_.checkpoint();
+  }
 
   void start_design(DesignRequest request, std::uint64_t tag);
   void change_design(const DesignChange& change);
@@ -138,6 +146,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   // Under the lock:
   LinkageDocument document_;
   int edges_per_segment_;
+  Revision held_where_it_was_ = 0;  // the newest with such a pin; 0: none
   bool has_named_edges_ =
       false;  // conditions had numbers of single edges, which undo may bring back
   DesignJob design_;

@@ -52,6 +52,15 @@ EditReceipt LinkageSession::edit(const std::vector<LinkageEdit>& edits,
                                  std::optional<Revision> expected, const Author& author) {
   return impl_->edit(edits, expected, author);
 }
+LinkageDocument::Checkpoint LinkageSession::checkpoint() const {
+  return impl_->read([this] { return impl_->checkpoint(); });
+}
+void LinkageSession::demand_reachable(const LinkageDocument::Checkpoint& checkpoint) const {
+  impl_->document().demand_reachable(checkpoint);
+}
+void LinkageSession::begin_at(LinkageDocument::Checkpoint checkpoint) {
+  impl_->begin_at(std::move(checkpoint));
+}
 void LinkageSession::start_design(DesignRequest request, std::uint64_t tag) {
   impl_->start_design(std::move(request), tag);
 }

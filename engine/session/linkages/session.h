@@ -110,6 +110,16 @@ class LinkageSession {
   /// @param author  whose edits they are, see StepChoice
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {},
                    const Author& author = {});
+  /// What stands for all edits up to revision(), to begin at it elsewhere.
+  /// @throws Error{kFailedPrecondition} while an answer is missing that edits depend on and the
+  /// checkpoint does not say: of pins that hold joints where they are,
+  /// and of lengths of edges
+  [[nodiscard]] LinkageDocument::Checkpoint checkpoint() const;
+  /// @throws Error as LinkageDocument
+  void demand_reachable(const LinkageDocument::Checkpoint& checkpoint) const;
+  /// As if those edits were made now. @throws Error as demand_reachable() and edit();
+  /// {kFailedPrecondition} behind the first edit
+  void begin_at(LinkageDocument::Checkpoint checkpoint);
   /// Stops a running solve: a final result with status kCancelled, which holds the last
   /// equilibrium. While rest lengths are solved for: the build, which has failed then.
   void cancel();

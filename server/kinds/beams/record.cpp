@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/kinds/beams/checkpoint.h"
 #include "server/kinds/beams/edit.h"
 #include "server/kinds/beams/explain.h"
 #include "server/kinds/beams/export.h"
@@ -72,6 +73,20 @@ bool BeamRecord::add_start(proto::Scene& scene) const {
   if (!result || !result->analysis) return false;
   *scene.mutable_beams()->mutable_shape() = encode_beam_shape(result->analysis->solution.state);
   return true;
+}
+
+Record::CheckpointWriter BeamRecord::checkpoint() const {
+  const auto session = this->session();
+  return [session, checkpoint = session->checkpoint()](proto::StoredCheckpoint& message) {
+    message.set_revision(checkpoint.revision);
+    *message.mutable_beams() = encode_beam_checkpoint(checkpoint);
+    session->demand_reachable(decode_beam_checkpoint(message.beams(), checkpoint.revision));
+  };
+}
+
+void BeamRecord::begin_at(const proto::StoredCheckpoint& checkpoint) {
+  demand_document(checkpoint.has_beams());
+  session()->begin_at(decode_beam_checkpoint(checkpoint.beams(), checkpoint.revision()));
 }
 
 proto::ExportResponse BeamRecord::export_part(const proto::ExportRequest& request) {

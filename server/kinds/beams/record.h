@@ -39,6 +39,8 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
   [[nodiscard]] std::optional<proto::EditRequest> made_edits(
       const proto::Request& request) const override;
   [[nodiscard]] bool add_start(proto::Scene& scene) const override;
+  [[nodiscard]] CheckpointWriter checkpoint() const override;
+  void begin_at(const proto::StoredCheckpoint& checkpoint) override;
   /// The solution in numbers.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "engine/scene/formats/beam_job.h"
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/session/beams/job_mapping.h"
+#include "server/wire/entries.h"
 #include "server/wire/fields.h"
 #include "server/wire/indices.h"
 #include "server/wire/vectors.h"
@@ -43,6 +46,15 @@ template <class Message>
 Eigen::Matrix3d decode_own_axes(const Message& message, const std::string& field) {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   if (!message.has_x_axis() && !message.has_y_axis()) return axes;
+  // Those that were read before come back as they are, to the last digit.
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  axes.col(0) = decode_vector(message.x_axis());
+  axes.col(1) = decode_vector(message.y_axis());
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  if (std::abs(axes.col(0).squaredNorm() - 1) <= kRounding &&
+      std::abs(axes.col(1).squaredNorm() - 1) <= kRounding &&
+      std::abs(axes.col(0).dot(axes.col(1))) <= kRounding)
+    return axes;
   axes.col(0) = decode_vector(message.x_axis()).normalized();
   const Eigen::Vector3d second = decode_vector(message.y_axis()).normalized();
   axes.col(1) = second - axes.col(0) * axes.col(0).dot(second);
@@ -96,12 +108,6 @@ beams::BeamNode decode_node(const proto::BeamNode& message, const std::string& f
   return node;
 }
 
-template <class Messages, class Value, class Decode>
-void decode_list(const Messages& messages, const std::string& field, const Decode& decode,
-                 std::vector<Value>& values) {
-  for (int i = 0; i < messages.size(); ++i) values.push_back(decode(messages.Get(i), at(field, i)));
-}
-
 const std::string& companion(const proto::MeshFile& message, const std::string& name,
                              const std::string& field) {
   const auto found = message.companions().find(name);
@@ -116,17 +122,10 @@ DecodedBeams read_structure(const proto::BeamStructure& message, const std::stri
   read.name = message.name();
   read.sections.assign(message.sections().begin(), message.sections().end());
   beams::BeamModel& model = read.model;
-  decode_list(message.nodes(), field + ".nodes", decode_node, model.nodes);
-  decode_list(message.sections(), field + ".sections", decode_section, model.sections);
-  decode_list(message.elements(), field + ".elements", decode_element, model.elements);
-  decode_list(message.supports(), field + ".supports", decode_support, model.supports);
-  decode_list(message.motions(), field + ".motions", decode_beam_motion, model.motions);
-  decode_list(message.loads(), field + ".loads", decode_nodal_load, model.loads);
-  decode_list(message.distributed_loads(), field + ".distributed_loads", decode_distributed,
-              model.distributed_loads);
-  decode_list(message.temporary_loads(), field + ".temporary_loads", decode_nodal_load,
-              model.temporary_loads);
-  model.gravity = decode_vector(message.gravity());
+  decode_entries(message.nodes(), field + ".nodes", decode_node, model.nodes);
+  decode_entries(message.sections(), field + ".sections", decode_section, model.sections);
+  decode_entries(message.elements(), field + ".elements", decode_element, model.elements);
+  model = with_conditions(std::move(model), decode_beam_conditions(message, field));
   give_motions_precedence(model);
   return read;
 }
@@ -189,6 +188,20 @@ beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& mess
                                           const std::string& field) {
   return {decode_index(message.element(), field + ".element"), decode_vector(message.force()),
           direction(message.follows())};
+}
+
+session::BeamConditions decode_beam_conditions(const proto::BeamStructure& message,
+                                               const std::string& field) {
+  session::BeamConditions read;
+  decode_entries(message.supports(), field + ".supports", decode_support, read.supports);
+  decode_entries(message.motions(), field + ".motions", decode_beam_motion, read.motions);
+  decode_entries(message.loads(), field + ".loads", decode_nodal_load, read.loads);
+  decode_entries(message.distributed_loads(), field + ".distributed_loads", decode_distributed,
+                 read.distributed_loads);
+  decode_entries(message.temporary_loads(), field + ".temporary_loads", decode_nodal_load,
+                 read.temporary_loads);
+  read.gravity = decode_vector(message.gravity());
+  return read;
 }
 
 DecodedBeams decode_beam_structure(const proto::BeamStructure& message, const std::string& field) {

@@ -8,6 +8,7 @@
 #include "engine/beams/refinement/subdivision_choice.h"
 #include "engine/beams/structure/beam_state.h"
 #include "engine/scene/beams.h"
+#include "engine/session/beams/conditions.h"
 #include "limber/v1/beams.pb.h"
 #include "server/wire/errors.h"
 
@@ -51,6 +52,14 @@ void encode_beam_motion(const beams::PrescribedMotion& motion, proto::BeamMotion
                                                  const std::string& field);
 [[nodiscard]] beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& message,
                                                         const std::string& field);
+
+/// What acts on a structure. Fields of errors are those of the message, below `field`; what the
+/// structure makes of it is not looked at.
+[[nodiscard]] session::BeamConditions decode_beam_conditions(const proto::BeamStructure& message,
+                                                             const std::string& field);
+/// A structure without nodes, sections and elements.
+[[nodiscard]] proto::BeamStructure encode_beam_conditions(
+    const session::BeamConditions& conditions);
 
 /// The message that decodes to the same structure.
 [[nodiscard]] proto::BeamStructure encode_beam_structure(const DecodedBeams& structure);

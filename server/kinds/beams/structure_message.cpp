@@ -82,9 +82,24 @@ void encode_beam_motion(const beams::PrescribedMotion& motion, proto::BeamMotion
   encode_own_axes(motion.axes, message);
 }
 
+proto::BeamStructure encode_beam_conditions(const session::BeamConditions& conditions) {
+  proto::BeamStructure message;
+  for (const auto& support : conditions.supports) encode_support(support, *message.add_supports());
+  for (const auto& motion : conditions.motions) encode_beam_motion(motion, *message.add_motions());
+  for (const auto& load : conditions.loads) encode_node_load(load, *message.add_loads());
+  for (const auto& load : conditions.distributed_loads)
+    encode_distributed(load, *message.add_distributed_loads());
+  if (!conditions.gravity.isZero(0)) set_vector(conditions.gravity, *message.mutable_gravity());
+  for (const auto& load : conditions.temporary_loads)
+    encode_node_load(load, *message.add_temporary_loads());
+  return message;
+}
+
 proto::BeamStructure encode_beam_structure(const DecodedBeams& structure) {
   const beams::BeamModel& model = structure.model;
-  proto::BeamStructure message;
+  session::BeamConditions conditions = session::conditions_of(model);
+  conditions.temporary_loads = model.temporary_loads;
+  proto::BeamStructure message = encode_beam_conditions(conditions);
   message.set_name(structure.name);
   for (const auto& node : model.nodes) {
     auto& node_message = *message.add_nodes();
@@ -93,14 +108,6 @@ proto::BeamStructure encode_beam_structure(const DecodedBeams& structure) {
   }
   for (const auto& section : structure.sections) *message.add_sections() = section;
   for (const auto& element : model.elements) encode_element(element, *message.add_elements());
-  for (const auto& support : model.supports) encode_support(support, *message.add_supports());
-  for (const auto& motion : model.motions) encode_beam_motion(motion, *message.add_motions());
-  for (const auto& load : model.loads) encode_node_load(load, *message.add_loads());
-  for (const auto& load : model.distributed_loads)
-    encode_distributed(load, *message.add_distributed_loads());
-  if (!model.gravity.isZero(0)) set_vector(model.gravity, *message.mutable_gravity());
-  for (const auto& load : model.temporary_loads)
-    encode_node_load(load, *message.add_temporary_loads());
   return message;
 }
 

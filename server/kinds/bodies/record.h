@@ -43,6 +43,8 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
       const proto::GetGeometryRequest& request) const override;
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
   [[nodiscard]] bool add_start(proto::Scene& scene) const override;
+  [[nodiscard]] CheckpointWriter checkpoint() const override;
+  void begin_at(const proto::StoredCheckpoint& checkpoint) override;
   /// Fitted materials, cold solves, explanations.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 

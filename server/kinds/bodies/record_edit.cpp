@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/kinds/bodies/checkpoint.h"
 #include "server/kinds/bodies/edit.h"
 #include "server/kinds/bodies/limits.h"
 #include "server/kinds/bodies/mesh_sources.h"
@@ -50,6 +51,24 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request,
   const bool known = after && poses == 0;
   constraints_changed(known ? *after : session->constraints().size());
   return encode_receipt(receipt);
+}
+
+Record::CheckpointWriter BodyRecord::checkpoint() const {
+  const auto session = this->session();
+  return [session, checkpoint = session->checkpoint()](proto::StoredCheckpoint& message) {
+    message.set_revision(checkpoint.revision);
+    *message.mutable_body() = encode_body_checkpoint(checkpoint);
+    session->demand_reachable(decode_body_checkpoint(message.body(), checkpoint.revision));
+  };
+}
+
+void BodyRecord::begin_at(const proto::StoredCheckpoint& checkpoint) {
+  demand_document(checkpoint.has_body());
+  const auto session = this->session();
+  const auto read = decode_body_checkpoint(checkpoint.body(), checkpoint.revision());
+  demand_memory(read.constraints.size(), read.keyframes.size());
+  session->begin_at(read);
+  constraints_changed(read.constraints.size());
 }
 
 }  // namespace limber::server

@@ -230,6 +230,7 @@ proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh) {
 }
 
 scene::End decode_end(proto::EndCondition end) { return kEndConditions.decode(end); }
+proto::EndCondition encode_end(scene::End end) { return kEndConditions.encode(end); }
 
 scene::MaterialVariables decode_variables(proto::MaterialVariables variables) {
   return kMaterialVariables.decode(variables);

@@ -88,6 +88,7 @@ struct DecodedScene {
                                                   const std::string& field, Faults& faults);
 [[nodiscard]] proto::Constraint encode_constraint(const scene::Constraint& constraint);
 [[nodiscard]] scene::End decode_end(proto::EndCondition end);
+[[nodiscard]] proto::EndCondition encode_end(scene::End end);
 [[nodiscard]] scene::MaterialVariables decode_variables(proto::MaterialVariables variables);
 [[nodiscard]] proto::MaterialVariables encode_variables(scene::MaterialVariables variables);
 [[nodiscard]] scene::Dynamics decode_dynamics(const proto::Dynamics& message);

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "server/kinds/linkages/checkpoint.h"
 #include "server/kinds/linkages/design.h"
 #include "server/kinds/linkages/design_requests.h"
 #include "server/kinds/linkages/edit.h"
@@ -121,6 +122,20 @@ bool LinkageRecord::add_start(proto::Scene& scene) const {
   *scene.mutable_linkage()->mutable_shape() = in_shape.linkage().shape();
   scene.mutable_linkage()->set_edges_per_segment(in_shape.linkage().edges_per_segment());
   return true;
+}
+
+Record::CheckpointWriter LinkageRecord::checkpoint() const {
+  const auto session = this->session();
+  return [session, checkpoint = session->checkpoint()](proto::StoredCheckpoint& message) {
+    message.set_revision(checkpoint.revision);
+    *message.mutable_linkage() = encode_linkage_checkpoint(checkpoint);
+    session->demand_reachable(decode_linkage_checkpoint(message.linkage(), checkpoint.revision));
+  };
+}
+
+void LinkageRecord::begin_at(const proto::StoredCheckpoint& checkpoint) {
+  demand_document(checkpoint.has_linkage());
+  session()->begin_at(decode_linkage_checkpoint(checkpoint.linkage(), checkpoint.revision()));
 }
 
 void LinkageRecord::add_scene(const proto::GetSessionRequest&,

@@ -43,6 +43,8 @@ class LinkageRecord final
   [[nodiscard]] std::optional<proto::EditRequest> made_edits(
       const proto::Request& request) const override;
   [[nodiscard]] bool add_start(proto::Scene& scene) const override;
+  [[nodiscard]] CheckpointWriter checkpoint() const override;
+  void begin_at(const proto::StoredCheckpoint& checkpoint) override;
   /// Designs.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
 

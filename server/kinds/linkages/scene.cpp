@@ -8,6 +8,7 @@
 #include "server/kinds/linkages/section.h"
 #include "server/kinds/linkages/shape.h"
 #include "server/wire/arrays.h"
+#include "server/wire/entries.h"
 #include "server/wire/enum_table.h"
 #include "server/wire/fields.h"
 #include "server/wire/indices.h"
@@ -49,35 +50,45 @@ constexpr EnumTable<scene::Held, proto::Held> kHeld{
 scene::LinkageConditions decode_conditions(const proto::LinkageConditions& message,
                                            const std::string& field) {
   scene::LinkageConditions conditions;
-  for (int i = 0; i < message.pins_size(); ++i) {
-    const std::string path = fmt::format("{}.pins[{}]", field, i);
-    if (message.pins(i).held() == proto::HELD_NOTHING)
-      throw invalid(path + ".held", "a pin of a scene holds something");
-    conditions.pins.push_back(decode_pin(message.pins(i), path));
-  }
-  for (int i = 0; i < message.angles_size(); ++i) {
-    const std::string path = fmt::format("{}.angles[{}]", field, i);
-    const int joint = decode_index(message.angles(i).joint(), path + ".joint");
-    conditions.angles.push_back(
-        {joint, decode_angle(message.angles(i).angle_degrees(), path + ".angle_degrees", joint)});
-  }
+  decode_entries(
+      message.pins(), field + ".pins",
+      [](const proto::JointPin& pin, const std::string& path) {
+        if (pin.held() == proto::HELD_NOTHING)
+          throw invalid(path + ".held", "a pin of a scene holds something");
+        return decode_pin(pin, path);
+      },
+      conditions.pins);
+  decode_entries(
+      message.angles(), field + ".angles",
+      [](const proto::JointAngle& angle, const std::string& path) {
+        const int joint = decode_index(angle.joint(), path + ".joint");
+        return scene::JointAngle{
+            joint, decode_angle(angle.angle_degrees(), path + ".angle_degrees", joint)};
+      },
+      conditions.angles);
   if (message.has_mean_angle_degrees()) {
     conditions.mean_angle =
         decode_angle(message.mean_angle_degrees(), field + ".mean_angle_degrees");
   }
-  for (int i = 0; i < message.targets_size(); ++i) {
-    conditions.targets.push_back(
-        decode_target(message.targets(i), fmt::format("{}.targets[{}]", field, i)));
-  }
-  for (int i = 0; i < message.loads_size(); ++i) {
-    conditions.loads.push_back(
-        decode_load(message.loads(i), fmt::format("{}.loads[{}]", field, i)));
-  }
+  decode_entries(message.targets(), field + ".targets", decode_target, conditions.targets);
+  decode_entries(message.loads(), field + ".loads", decode_load, conditions.loads);
   conditions.gravity = decode_vector(message.gravity());
   conditions.segment_lengths = decode_numbers(message.segment_lengths());
   conditions.edge_lengths = decode_numbers(message.edge_lengths());
   conditions.section_scales = decode_numbers(message.section_scales());
   return conditions;
+}
+
+/// Degrees that decode_angle() makes this of, where there are such: the product alone is often off
+/// by a last digit.
+double exact_degrees(double radian) {
+  const double degrees = to_degrees(radian);
+  const double up = std::nextafter(degrees, 180), down = std::nextafter(degrees, -180);
+  for (const double candidate :
+       {degrees, up, down, std::nextafter(up, 180), std::nextafter(down, -180)}) {
+    if (candidate * kDegree == radian && std::abs(candidate) < 180) return candidate;
+  }
+  return degrees;
 }
 
 void encode_load(const scene::JointLoad& load, proto::JointLoad& message) {
@@ -98,9 +109,9 @@ void encode_conditions(const scene::LinkageConditions& conditions,
   for (const auto& setting : conditions.angles) {
     auto& added = *message.add_angles();
     added.set_joint(static_cast<std::uint32_t>(setting.joint));
-    added.set_angle_degrees(to_degrees(setting.angle));
+    added.set_angle_degrees(exact_degrees(setting.angle));
   }
-  if (conditions.mean_angle) message.set_mean_angle_degrees(to_degrees(*conditions.mean_angle));
+  if (conditions.mean_angle) message.set_mean_angle_degrees(exact_degrees(*conditions.mean_angle));
   for (const auto& target : conditions.targets) {
     auto& added = *message.add_targets();
     added.set_id(target.id);
@@ -150,10 +161,26 @@ std::shared_ptr<const scene::LinkageErection> decode_erection(const proto::Linka
 
 proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
   proto::LinkageErection message;
-  message.set_mean_angle_degrees(to_degrees(erection.mean_angle));
+  message.set_mean_angle_degrees(exact_degrees(erection.mean_angle));
   for (const auto& load : erection.push) encode_load(load, *message.add_push());
-  for (const double angle : erection.path) message.add_path_degrees(to_degrees(angle));
+  for (const double angle : erection.path) message.add_path_degrees(exact_degrees(angle));
   message.set_distance(erection.distance);
+  return message;
+}
+
+scene::LinkageConditions decode_linkage_conditions(const proto::RodLinkage& message,
+                                                   const std::string& field) {
+  scene::LinkageConditions conditions =
+      decode_conditions(message.conditions(), field + ".conditions");
+  if (message.has_erection())
+    conditions.erection = decode_erection(message.erection(), field + ".erection");
+  return conditions;
+}
+
+proto::RodLinkage encode_linkage_conditions(const scene::LinkageConditions& conditions) {
+  proto::RodLinkage message;
+  encode_conditions(conditions, *message.mutable_conditions());
+  if (conditions.erection) *message.mutable_erection() = encode_erection(*conditions.erection);
   return message;
 }
 
@@ -231,9 +258,7 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   if (material.has_youngs_modulus()) linkage.youngs_modulus = material.youngs_modulus();
   if (material.has_poissons_ratio()) linkage.poissons_ratio = material.poissons_ratio();
   if (material.has_density()) linkage.density = material.density();
-  linkage.conditions = decode_conditions(given.conditions(), field + ".conditions");
-  if (given.has_erection())
-    linkage.conditions.erection = decode_erection(given.erection(), field + ".erection");
+  linkage.conditions = decode_linkage_conditions(given, field);
   if (given.has_shape()) linkage.shape = decode_linkage_shape(given.shape(), field + ".shape");
   if (given.shape().has_conditions()) {
     linkage.shape_conditions =

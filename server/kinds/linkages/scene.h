@@ -28,6 +28,13 @@ using LineLoader =
 /// A field of the engine's linkage as one of the scene.
 [[nodiscard]] std::string linkage_field_in(const proto::Scene& message, const std::string& field);
 
+/// Conditions and erection alone. @throws Refusal or Error naming `field` and what is below it
+[[nodiscard]] scene::LinkageConditions decode_linkage_conditions(const proto::RodLinkage& message,
+                                                                 const std::string& field);
+/// The message that decodes to the same conditions, to the last digit; its other fields are empty.
+[[nodiscard]] proto::RodLinkage encode_linkage_conditions(
+    const scene::LinkageConditions& conditions);
+
 [[nodiscard]] std::shared_ptr<const scene::LinkageErection> decode_erection(
     const proto::LinkageErection& message, const std::string& field);
 [[nodiscard]] proto::LinkageErection encode_erection(const scene::LinkageErection& erection);

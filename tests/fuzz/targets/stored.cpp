@@ -2,8 +2,8 @@
 // and the edits that a session would be brought back from.
 //
 // An input that begins with 'x' is an exported session. Of others, lines of a row each: a table's
-// letter (s: a session, e: an edit, a: an answer, r: a reply), numbers, and behind ':' the value; a
-// row ends with "\n%%%\n".
+// letter (s: a session, e: an edit, a: an answer, c: a checkpoint, r: a reply), numbers, and behind
+// ':' the value; a row ends with "\n%%%\n".
 #include <unistd.h>
 
 #include <charconv>
@@ -12,6 +12,9 @@
 #include <string>
 
 #include "limber/v1/stored.pb.h"
+#include "server/kinds/beams/checkpoint.h"
+#include "server/kinds/bodies/checkpoint.h"
+#include "server/kinds/linkages/checkpoint.h"
 #include "server/log/log.h"
 #include "server/store/store.h"
 #include "server/wire/errors.h"
@@ -30,6 +33,10 @@ namespace store = limber::server::store;
 void restore(const proto::StoredSession& stored) {
   fuzz::decode_scene(stored.scene());
   fuzz::decode_scene(stored.answer().start());
+  const proto::StoredCheckpoint& checkpoint = stored.checkpoint();
+  fuzz::answers([&] { (void)server::decode_body_checkpoint(checkpoint.body(), 1); });
+  fuzz::answers([&] { (void)server::decode_linkage_checkpoint(checkpoint.linkage(), 1); });
+  fuzz::answers([&] { (void)server::decode_beam_checkpoint(checkpoint.beams(), 1); });
   for (const auto& edit : stored.edits()) {
     proto::EditRequest request;
     request.set_session(stored.session());
@@ -69,7 +76,7 @@ class Rows {
     fs::remove_all(folder_);
   }
   void clear() {
-    for (const char* table : {"sessions", "edits", "answers", "replies"})
+    for (const char* table : {"sessions", "edits", "answers", "checkpoints", "replies"})
       writer_->run((std::string("DELETE FROM ") + table).c_str());
   }
   void add(std::string_view row);
@@ -109,6 +116,8 @@ void Rows::add(std::string_view row) {
           first, second, row);
     case 'e':
       return insert("INSERT OR REPLACE INTO edits VALUES(?1, ?2, ?3)", first, second, row);
+    case 'c':
+      return insert("INSERT OR REPLACE INTO checkpoints VALUES(?1, ?2, ?3)", first, second, row);
     case 'a':
       return insert("INSERT OR REPLACE INTO answers SELECT ?1, ?3 WHERE ?2 >= 0", first, second,
                     row);

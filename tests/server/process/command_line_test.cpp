@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "engine/scene/formats/mesh_formats.h"
 #include "tests/server/process/child_process.h"
 #include "tests/server/support/running_server.h"
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <future>
 #include <string>
@@ -84,6 +85,115 @@ TEST_F(StoreTest, OfAnswersTheNewestStays) {
   }
   store.flush();
   EXPECT_EQ(store.load(7).answer().sequence(), 100U);
+}
+
+/// Made up, of that revision.
+SavedCheckpoint checkpoint_at(std::uint64_t uid, std::uint64_t revision) {
+  proto::StoredCheckpoint checkpoint;
+  checkpoint.set_revision(revision);
+  return {uid, revision, checkpoint.SerializeAsString()};
+}
+
+std::uint64_t count_in(const StoreOptions& options, const char* table) {
+  Database database(options.file(), Database::Access::kRead);
+  auto rows = database.prepare((std::string("SELECT count(*) FROM ") + table).c_str());
+  return rows.step() ? rows.number(0) : 0;
+}
+
+TEST_F(StoreTest, ACheckpointStandsForTheEditsBeforeIt) {
+  constexpr std::uint64_t kEdits = 10'000, kAt = 9'990;  // more than are removed at once
+  {
+    Store store(options_);
+    std::vector<Change> changes{opened(7, "flower"), opened(8, "tulip"), edited(8, 1)};
+    for (std::uint64_t i = 1; i <= kEdits; ++i) changes.emplace_back(edited(7, i));
+    store.append(std::move(changes), nullptr);
+    store.flush();
+    EXPECT_EQ(store.load(7).version(), Store::kWithoutCheckpoint);
+    store.keep_checkpoint(checkpoint_at(7, kAt));
+    store.flush();
+    for (int again = 0; again < 2; ++again) {
+      const proto::StoredSession session = store.load(7);
+      EXPECT_EQ(session.version(), Store::kWithCheckpoint);
+      EXPECT_EQ(session.checkpoint().revision(), kAt);
+      ASSERT_EQ(session.edits_size(), static_cast<int>(kEdits - kAt));
+      EXPECT_EQ(session.edits(0).revision(), kAt + 1);
+      write(store, {edited(8, 2)});
+    }
+    EXPECT_EQ(store.load(8).edits_size(), 2) << "of another session";
+    EXPECT_EQ(store.heads()[0].revision + store.heads()[1].revision, kEdits + 2);
+  }
+  {
+    Store store(options_);  // removes what is left
+    for (int i = 0; i < 6000 && count_in(options_, "edits") > kEdits - kAt + 2; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(count_in(options_, "edits"), kEdits - kAt + 2);
+    EXPECT_EQ(store.load(7).edits_size(), static_cast<int>(kEdits - kAt));
+    write(store, {ClosedSession{7}});
+    store.keep_checkpoint(checkpoint_at(7, kEdits));  // too late
+    store.flush();
+    EXPECT_EQ(count_in(options_, "checkpoints"), 0U);
+  }
+  EXPECT_EQ(count_in(options_, "edits"), 2U);
+}
+
+TEST_F(StoreTest, ACheckpointThatCannotBeWrittenLeavesTheEdits) {
+  options_.bytes = 300'000;
+  Store store(options_);
+  std::vector<Change> changes{opened(7, "flower")};
+  for (std::uint64_t i = 1; i <= 100; ++i) changes.emplace_back(edited(7, i));
+  write(store, std::move(changes));
+  SavedCheckpoint large = checkpoint_at(7, 100);
+  large.checkpoint.append(1'000'000, ' ');
+  store.keep_checkpoint(std::move(large));
+  store.flush();
+  write(store, {edited(7, 101)});
+  EXPECT_EQ(store.fault(), "");
+  EXPECT_EQ(store.load(7).edits_size(), 101);
+  EXPECT_EQ(count_in(options_, "edits"), 101U);
+}
+
+TEST_F(StoreTest, AnOlderCheckpointComesTooLate) {
+  Store store(options_);
+  std::vector<Change> changes{opened(7, "flower")};
+  for (std::uint64_t i = 1; i <= 20; ++i) changes.emplace_back(edited(7, i));
+  write(store, std::move(changes));
+  for (const std::uint64_t revision : {15, 10}) {
+    store.keep_checkpoint(checkpoint_at(7, revision));
+    store.flush();
+  }
+  store.keep_checkpoint(checkpoint_at(7, 16));
+  store.keep_checkpoint(checkpoint_at(7, 12));
+  store.flush();
+  const proto::StoredSession session = store.load(7);
+  EXPECT_EQ(session.checkpoint().revision(), 16U);
+  ASSERT_EQ(session.edits_size(), 4);
+  EXPECT_EQ(session.edits(0).revision(), 17U);
+}
+
+TEST_F(StoreTest, OfAClientTheNewestRepliesAreKept) {
+  Store store(options_);
+  const std::string reply(kReplyBytesOfClient / 100, ' ');
+  for (std::uint64_t id = 1; id <= 250; ++id)
+    store.append({KeptReply{"busy", id, 0, reply}}, nullptr);
+  store.append({KeptReply{"other", 1, 0, reply}}, nullptr);
+  store.flush();
+  const auto replies = store.replies(kReplySeconds);
+  ASSERT_EQ(replies.size(), 101U);
+  for (const KeptReply& one : replies) EXPECT_TRUE(one.client == "other" || one.id > 150) << one.id;
+}
+
+TEST_F(StoreTest, AServerThatKnowsNoCheckpointsDoesNotReadThem) {
+  const auto form = [&] {
+    Database database(options_.file(), Database::Access::kRead);
+    auto rows = database.prepare("SELECT version FROM form");
+    return rows.step() ? rows.number(0) : 0;
+  };
+  Store store(options_);
+  write(store, {opened(7, "flower"), edited(7, 1)});
+  EXPECT_EQ(form(), 1U) << "older servers read it";
+  write(store, {checkpoint_at(7, 1)});
+  EXPECT_EQ(form(), 2U);
+  EXPECT_EQ(store.heads()[0].revision, 1U);
 }
 
 TEST_F(StoreTest, AClosedSessionLeavesNothing) {
@@ -186,7 +296,7 @@ TEST_F(StoreTest, OneServerAtATimeHasTheFolder) {
 
 TEST_F(StoreTest, AFileOfANewerFormIsRefused) {
   { Store store(options_); }
-  Database(options_.file(), Database::Access::kWrite).run("UPDATE form SET version = 2");
+  Database(options_.file(), Database::Access::kWrite).run("UPDATE form SET version = 3");
   EXPECT_THROW(Store store(options_), Error);
 }
 
