@@ -145,7 +145,11 @@ std::vector<FrameRange> FrameStreams::looked_at() {
 StreamBytes FrameStreams::message_of(proto::Frames frames) const {
   auto message = stream_message(hub_.run, session_.name, session_.uid);
   message.mutable_frames()->Swap(&frames);
-  return message.SerializeAsString();
+  // With room for the sequence number: a motion is not copied for it.
+  StreamBytes bytes;
+  bytes.reserve(message.ByteSizeLong() + kSequenceBytes);
+  message.AppendToString(&bytes);
+  return bytes;
 }
 
 /// Each message continues the one before it: none is replaced, unless by a whole motion.

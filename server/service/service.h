@@ -131,6 +131,9 @@ class Service {
                      std::uint64_t revision, std::vector<std::string> edits);
   void leave_all(const std::string& client);
 
+  // handlers_streams.cpp
+  void follow(const SharedTicket& ticket, const Request& request);
+
   // handlers_frames.cpp
   proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request);
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request);
@@ -146,6 +149,7 @@ class Service {
   void server_info(const proto::GetServerInfoRequest& request, const SharedTicket& ticket) const;
   // server_status.cpp
   [[nodiscard]] std::vector<std::string> faults() const;
+  void describe_readers(proto::QueueUse& queues) const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);
