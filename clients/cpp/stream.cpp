@@ -25,10 +25,9 @@ Subscription::Subscription(Client& client, const std::string& endpoint)
     : Subscription(client, endpoint, Way::kSubscribe) {}
 
 Subscription::Subscription(Client& client, const v1::GetServerInfoResponse& about)
-    : Subscription(
-          client,
-          about.follow_endpoint().empty() ? about.stream_endpoint() : about.follow_endpoint(),
-          about.follow_endpoint().empty() ? Way::kSubscribe : Way::kFollow) {}
+    : Subscription(client,
+                   about.follow_endpoint().empty() ? about.stream_endpoint() : client.endpoint(),
+                   about.follow_endpoint().empty() ? Way::kSubscribe : Way::kFollow) {}
 
 Subscription::Subscription(Client& client, const std::string& endpoint, Way way)
     : client_(client),
