@@ -29,7 +29,7 @@ class Service {
 
   /// On the transport's thread. Never throws.
   void handle(Address address, zmq::message_t payload) noexcept;
-  void subscribed(const std::string& prefix);
+  void subscribed(const std::string& prefix, Has has);
   /// Now and then: what nobody uses is parked, on the pool.
   void park_idle();
   [[nodiscard]] std::string overflow_reply(const Address& address,

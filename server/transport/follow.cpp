@@ -31,7 +31,7 @@ FollowAnswer Transport::follow(const Address& address, Following wanted) {
   for (const auto& topic : begun.fresh) {
     if (!begun.answer.is_taken) break;
     const bool has_newest = topic.after != 0 && topic.after == sequence_of(topic.prefix);
-    if (!has_newest) handlers_.on_subscription(topic.prefix);
+    handlers_.on_subscription(topic.prefix, has_newest ? Has::kNewest : Has::kNothing);
   }
   pump_followers();
   return std::move(begun.answer);
@@ -84,7 +84,7 @@ void Transport::send_now(const Followers::Follower& follower, FollowedStream::Me
     std::shared_ptr<const StreamBytes> bytes;
     FollowedStream::Unwritten unwritten;
   };
-  proto::StreamPosition position;
+  v1::StreamPosition position;
   position.set_sent_bytes(message.sent_bytes);
   position.set_left_out(message.left_out);
   constexpr auto kMore = zmq::send_flags::sndmore | zmq::send_flags::dontwait;

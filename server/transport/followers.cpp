@@ -31,8 +31,13 @@ Followers::Begun Followers::follow(const Address& address, Following wanted, std
     begun.answer.continued = true;
     found->second->stream.credit(wanted.read_bytes, now);
   } else if (!wanted.topics.empty()) {
-    auto follower = std::make_unique<Follower>(Follower{
-        number, key, address, wanted.client, wanted.name, {}, FollowedStream(queue_bytes_)});
+    auto follower = std::make_unique<Follower>(Follower{number,
+                                                        key,
+                                                        address,
+                                                        wanted.client,
+                                                        std::move(wanted.name),
+                                                        {},
+                                                        FollowedStream(queue_bytes_)});
     if (const auto known = remembered_.find(key); known != remembered_.end()) {
       begun.answer.continued = true;
       begun.answer.cut_off = std::move(known->second.reason);

@@ -18,6 +18,12 @@
 
 namespace limber::server {
 
+/// What a subscriber has of a topic that it asks for.
+enum class Has {
+  kNothing,
+  kNewest,  // the newest message that was published; of prefixes of topics never said
+};
+
 /// What a client asks for that follows a stream (FollowRequest).
 struct Following {
   struct Topic {

@@ -416,7 +416,7 @@ void Transport::receive_subscriptions() {
     switch (subscriptions_.note(peer.number, message.to_string_view())) {
       case Subscriptions::Noted::kSubscription:
         cut_off_displaced();
-        handlers_.on_subscription(std::string(message.to_string_view().substr(1)));
+        handlers_.on_subscription(std::string(message.to_string_view().substr(1)), Has::kNothing);
         break;
       case Subscriptions::Noted::kTooMany:
         log::warn("cut off a subscriber with more than {} prefixes", Subscriptions::kMaxOfOne);

@@ -58,7 +58,7 @@ struct TransportOptions {
 /// Called on the transport's own thread: must be quick, may call send() and publish().
 struct TransportHandlers {
   std::function<void(Address address, zmq::message_t payload)> on_request;
-  std::function<void(const std::string& prefix)> on_subscription;
+  std::function<void(const std::string& prefix, Has has)> on_subscription;
   /// A short reply in place of one that passes a limit of unread bytes. Any thread.
   std::function<std::string(const Address& address, const UnreadReplies::Excess& excess)>
       overflow_reply;

@@ -176,6 +176,18 @@ def test_who_was_away_gets_a_snapshot_of_what_followed_and_nothing_where_nothing
 
     # What was published meanwhile may be a remark on the motion's error; then nothing is.
     eventually(lambda: away() == [])
+    # A result that nobody was there for was not published: it comes all the same.
+    reader.close()
+    held = session.add(node=tip_of(session), frame=300, displacement=(0, 0.02, 0))
+    follower.socket.close()
+    eventually(lambda: reader_named(server, "away") is None)
+    held.move((0, 0.03, 0))
+    session.wait()
+    follower.connect()
+    follower.messages.clear()
+    follower.follow()
+    eventually(lambda: follower.receive(1) and follower.messages[-1][1].frames.result.revision == session.revision)
+    reader.__init__(server.connection.endpoint, session.id)
     newest = away(edits=3)[-1]
     assert newest.sequence > sequence and newest.frames.result.revision == session.revision
     follower.close()
