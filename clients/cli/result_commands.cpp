@@ -145,7 +145,7 @@ void check_there(Context& context, OpenSession& session) {
 
 void watch(Context& context, const WatchOptions& options) {
   const auto info = client::server_info(context.client());
-  client::Subscription stream(context.client(), info.stream_endpoint());
+  client::Subscription stream(context.client(), info);
   const std::string frames = client::frames_topic(options.session, v1::ENCODING_COORDINATES);
   const std::string status = client::status_topic(options.session);
   stream.subscribe(frames);

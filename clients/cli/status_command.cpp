@@ -107,6 +107,31 @@ void print_slowest(const v1::ServerStatus& status) {
                seconds(one->longest_solve_s()));
 }
 
+/// Those who follow streams, and each for whom something waits.
+void print_streams(const Info& info) {
+  constexpr int kMost = 8;
+  const auto& queues = info.status().queues();
+  if (queues.stream_limit_bytes() == 0) return;  // an older server
+  fmt::print("streams    {} followed, {} of {} unread, {:.0f} cut off as nothing was read\n",
+             queues.reader_count(), bytes(queues.stream_bytes()),
+             bytes(queues.stream_limit_bytes()), count_of(info, "stalled"));
+  int printed = 0;
+  for (const auto& reader : queues.readers()) {
+    const bool is_behind = reader.waiting_bytes() > 0 || reader.left_out() > 0;
+    if (!is_behind || printed++ >= kMost) continue;
+    fmt::print("  {}: {} unread, {} wait, {} messages sent, {} left out{}\n", reader.name(),
+               bytes(reader.unread_bytes()), bytes(reader.waiting_bytes()), reader.sent(),
+               reader.left_out(),
+               reader.stalled_s() > 0 ? ", no credit for " + seconds(reader.stalled_s()) : "");
+  }
+  printed = 0;
+  for (const auto& client : queues.unread_clients()) {
+    if (printed++ >= kMost) break;
+    fmt::print("  client {}: {} of replies unread\n", client.client(),
+               bytes(client.unread_bytes()));
+  }
+}
+
 void print_store(const Info& info) {
   if (!info.has_store()) {
     fmt::print("store      none: sessions end with the server\n");
@@ -141,6 +166,7 @@ void print(const Context& context, const Info& before, const Info& info) {
       queues.open_requests(), queues.heavy_requests(), status.running_jobs());
   fmt::print("queues     {} of replies, {} of requests, {} of streams for pages\n",
              bytes(queues.unread_bytes()), bytes(queues.heavy_bytes()), bytes(queues.page_bytes()));
+  print_streams(info);
   fmt::print(
       "dropped    {:.0f} requests, {:.0f} replies; stream messages: {:.0f} given up for "
       "newer ones, {:.0f} missed\n",

@@ -21,14 +21,6 @@ Milliseconds left_until(Clock::time_point deadline) {
   return std::max(Milliseconds{0}, std::chrono::ceil<Milliseconds>(deadline - Clock::now()));
 }
 
-/// 32 hexadecimal digits.
-std::string random_id() {
-  std::random_device random;  // of the operating system
-  std::string id;
-  while (id.size() < 32) id += "0123456789abcdef"[random() % 16];
-  return id;
-}
-
 /// Could another run of limberd take the request for something else? Jobs and sessions given as
 /// NAME@UID are of one run.
 bool needs_instance(const v1::Request& request) {
@@ -46,6 +38,13 @@ bool needs_instance(const v1::Request& request) {
 }
 
 }  // namespace
+
+std::string random_id() {
+  std::random_device random;  // of the operating system
+  std::string id;
+  while (id.size() < 32) id += "0123456789abcdef"[random() % 16];
+  return id;
+}
 
 void ClientOptions::validate() const {
   if (timeout <= Milliseconds{0})

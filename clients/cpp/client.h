@@ -37,6 +37,9 @@ struct ClientOptions {
 inline constexpr std::uint32_t kProtocolVersion = 1;
 inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 
+/// 32 hexadecimal digits, of the operating system's randomness.
+[[nodiscard]] std::string random_id();
+
 /// Requests to one limberd over a DEALER socket. Any number may be in flight; replies are matched
 /// by id, in any order. For one thread at a time.
 ///

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <chrono>
 #include <utility>
+#include <vector>
 
 #include "clients/cpp/session_reference.h"
 #include "clients/cpp/socket_monitor.h"
@@ -21,15 +22,23 @@ constexpr char kSubscribe = '+', kUnsubscribe = '-', kEnd = '.';
 }  // namespace
 
 Subscription::Subscription(Client& client, const std::string& endpoint)
+    : Subscription(client, endpoint, Way::kSubscribe) {}
+
+Subscription::Subscription(Client& client, const v1::GetServerInfoResponse& about)
+    : Subscription(client,
+                   about.follow_endpoint().empty() ? about.stream_endpoint() : client.endpoint(),
+                   about.follow_endpoint().empty() ? Way::kSubscribe : Way::kFollow) {}
+
+Subscription::Subscription(Client& client, const std::string& endpoint, Way way)
     : client_(client),
       instance_(client.instance()),
-      socket_(client.context(), ZMQ_SUB),
+      socket_(client.context(), way == Way::kFollow ? ZMQ_DEALER : ZMQ_SUB),
       orders_(client.context(), ZMQ_PAIR),
       obeyed_(client.context(), ZMQ_PAIR),
       queue_(kQueue) {
   client.configure(socket_);
   // A subscription is sent right after the handshake.
-  SocketMonitor handshake(client.context(), socket_, ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
+  handshakes_.emplace(client.context(), socket_, ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
   const std::string address = reachable(endpoint, client.endpoint());
   try {
     socket_.connect(address);
@@ -37,8 +46,14 @@ Subscription::Subscription(Client& client, const std::string& endpoint)
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "stream_endpoint",
                       "cannot connect to '" + address + "': " + error.what());
   }
-  if (!client.wait_readable(handshake.events(), client.options().timeout))
+  if (!client.wait_readable(handshakes_->events(), client.options().timeout))
     throw Unreachable("no stream at " + address);
+  (void)handshakes_->receive();
+  if (way == Way::kFollow) {
+    credit_.emplace(client.options().client_name);
+  } else {
+    handshakes_.reset();
+  }
   static std::atomic<unsigned> count{0};
   const std::string inside = "inproc://limber-subscription-" + std::to_string(++count);
   orders_.set(zmq::sockopt::linger, 0);
@@ -76,13 +91,16 @@ void Subscription::order(char what, const std::string& topic) {
 }
 
 void Subscription::run() {
-  zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
-                             {obeyed_.handle(), 0, ZMQ_POLLIN, 0}};
+  std::vector<zmq::pollitem_t> items{{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                                     {obeyed_.handle(), 0, ZMQ_POLLIN, 0}};
+  if (handshakes_) items.push_back({handshakes_->events().handle(), 0, ZMQ_POLLIN, 0});
   while (true) {
     try {
-      zmq::poll(items, 2, Milliseconds{-1});
+      zmq::poll(items, order_ ? kSliceOfReceiving : Milliseconds{-1});
       if (items[1].revents != 0 && !obey()) return;
       if (items[0].revents != 0) receive();
+      if (handshakes_ && items[2].revents != 0) note_connection();
+      if (order_ && std::chrono::steady_clock::now() >= order_->until) obeyed();
     } catch (const zmq::error_t& error) {
       if (error.num() != EINTR) throw;
     }
@@ -93,13 +111,82 @@ bool Subscription::obey() {
   zmq::message_t message;
   if (!obeyed_.recv(message, zmq::recv_flags::dontwait)) return true;
   const std::string text = message.to_string();
-  if (text[0] == kSubscribe) socket_.set(zmq::sockopt::subscribe, text.substr(1));
-  if (text[0] == kUnsubscribe) socket_.set(zmq::sockopt::unsubscribe, text.substr(1));
+  const std::string topic = text.substr(1);
+  if (text[0] == kEnd) {
+    obeyed();
+    return false;
+  }
+  if (credit_) {
+    if (text[0] == kSubscribe) credit_->want(topic);
+    if (text[0] == kUnsubscribe) credit_->leave(topic);
+    ask();
+    order_ = {credit_->id(), std::chrono::steady_clock::now() + client_.options().timeout};
+    return true;
+  }
+  if (text[0] == kSubscribe) socket_.set(zmq::sockopt::subscribe, topic);
+  if (text[0] == kUnsubscribe) socket_.set(zmq::sockopt::unsubscribe, topic);
+  obeyed();
+  return true;
+}
+
+void Subscription::obeyed() {
+  order_.reset();
   obeyed_.send(zmq::message_t(), zmq::send_flags::none);
-  return text[0] != kEnd;
+}
+
+void Subscription::ask() {
+  const std::string request = credit_->request();
+  // Where there is no connection the next one asks.
+  (void)socket_.send(zmq::buffer(request), zmq::send_flags::dontwait);
+}
+
+/// Another one: the server is told how far this client is.
+void Subscription::note_connection() {
+  while (handshakes_->receive() != 0) continue;
+  while ((socket_.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0) receive_followed();
+  ask();
+}
+
+void Subscription::receive_followed() {
+  constexpr std::size_t kParts = 3;
+  std::vector<zmq::message_t> parts(1);
+  if (!socket_.recv(parts.back(), zmq::recv_flags::dontwait)) return;
+  while (parts.back().more()) {
+    zmq::message_t part;
+    if (!socket_.recv(part, zmq::recv_flags::dontwait)) break;
+    parts.push_back(std::move(part));
+  }
+  if (parts.size() == 1) return note_reply(parts.front());
+  StreamEvent event{parts.front().to_string(), {}, 0};
+  v1::StreamPosition position;
+  const auto parse = [](auto& message, const zmq::message_t& part) {
+    return message.ParseFromArray(part.data(), static_cast<int>(part.size()));
+  };
+  if (parts.size() != kParts || !parse(event.message, parts[1]) || !parse(position, parts[2]))
+    return;
+  if (credit_->note(event.topic, event.message, position)) ask();
+  push(std::move(event));
+}
+
+void Subscription::note_reply(const zmq::message_t& message) {
+  v1::Reply reply;
+  if (!reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (reply.has_follow()) credit_->note(reply.follow());
+    if (reply.has_error()) refusal_ = reply.error();
+    cut_off_ = credit_->cut_off();
+  }
+  if (order_ && reply.id() >= order_->id) obeyed();
+}
+
+std::string Subscription::cut_off() const {
+  const std::lock_guard lock(mutex_);
+  return cut_off_;
 }
 
 void Subscription::receive() {
+  if (credit_) return receive_followed();
   zmq::message_t topic;
   zmq::message_t body;
   if (!socket_.recv(topic, zmq::recv_flags::dontwait)) return;
@@ -112,6 +199,10 @@ void Subscription::receive() {
   }
   if (parts != 2 || !event.message.ParseFromArray(body.data(), static_cast<int>(body.size())))
     return;
+  push(std::move(event));
+}
+
+void Subscription::push(StreamEvent event) {
   auto& newest = sequence_[event.topic];
   if (newest != 0 && event.message.sequence() > newest + 1)
     event.missed = event.message.sequence() - newest - 1;
@@ -133,6 +224,10 @@ std::optional<StreamEvent> Subscription::next(Milliseconds timeout) {
                               "limberd was restarted: sessions and jobs of before are gone");
       missed_ += event->missed;
       return event;
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      if (refusal_) throw_refusal(*refusal_);
     }
     if (left == Milliseconds{0}) return std::nullopt;
   }

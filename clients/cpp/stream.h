@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -8,7 +10,9 @@
 #include <zmq.hpp>
 
 #include "clients/cpp/client.h"
+#include "clients/cpp/credit.h"
 #include "clients/cpp/event_queue.h"
+#include "clients/cpp/socket_monitor.h"
 #include "limber/v1/stream.pb.h"
 
 namespace limber::client {
@@ -16,8 +20,9 @@ namespace limber::client {
 /// What a server publishes under the topics asked for. A thread empties the SUB socket whether
 /// anybody reads or not: libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a
 /// socket whose queue is full meets a missing heartbeat or the end of the server. So the bound is
-/// on the queue behind it: of each topic the newest 8 messages. For one thread at a time; must not
-/// outlive its client.
+/// on the queue behind it: of each topic the newest 8 messages. A server that offers it is followed
+/// against credit (follow.proto), by a DEALER in place of the SUB socket: what is not read waits
+/// there, bounded in bytes. For one thread at a time; must not outlive its client.
 class Subscription {
  public:
   /// Connects and waits for the handshake. Subscribe, then request a snapshot, then read: nothing
@@ -25,6 +30,8 @@ class Subscription {
   /// @param endpoint  as GetServerInfo says; a wildcard host is replaced by the client's
   /// @throws Unreachable if there is no stream
   Subscription(Client& client, const std::string& endpoint);
+  /// By what this server offers. @param about  as GetServerInfo answers
+  Subscription(Client& client, const v1::GetServerInfoResponse& about);
   Subscription(const Subscription&) = delete;
   Subscription& operator=(const Subscription&) = delete;
   ~Subscription();
@@ -41,20 +48,42 @@ class Subscription {
 
   /// Messages lost so far, all topics, up to the one that was read last.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
+  /// Why the server has ended the stream last, in words; empty: it never did. It went on by itself,
+  /// with the newest of each topic.
+  [[nodiscard]] std::string cut_off() const;
 
  private:
+  enum class Way { kSubscribe, kFollow };
+  Subscription(Client& client, const std::string& endpoint, Way way);
   void order(char what, const std::string& topic);
   void run();
   [[nodiscard]] bool obey();
   void receive();
+  // Of a stream that is followed:
+  struct Unanswered {
+    std::uint64_t id;
+    std::chrono::steady_clock::time_point until;
+  };
+  void ask();
+  void note_connection();
+  void receive_followed();
+  void note_reply(const zmq::message_t& message);
+  void obeyed();
+  void push(StreamEvent event);
   [[nodiscard]] bool is_of_another_run(const v1::StreamMessage& message);
 
   Client& client_;
   const std::string instance_;
   std::set<std::uint64_t> uids_;                   // of sessions that messages of this run were of
   zmq::socket_t socket_;                           // the thread's, once it runs
+  std::optional<SocketMonitor> handshakes_;        // of it
   zmq::socket_t orders_, obeyed_;                  // two ends: ours, the thread's
   std::map<std::string, std::uint64_t> sequence_;  // newest by topic; the thread's
+  std::optional<Credit> credit_;                   // of a stream that is followed; the thread's
+  std::optional<Unanswered> order_;                // whose answer an order waits for; the thread's
+  mutable std::mutex mutex_;                       // of what follows
+  std::string cut_off_;
+  std::optional<v1::Error> refusal_;
   EventQueue queue_;
   std::uint64_t missed_ = 0;
   std::thread thread_;

@@ -65,6 +65,7 @@ struct CommandLine {
   int park_after_s = static_cast<int>(ServerOptions{}.park_after.count());
   bool web_beyond_loopback = false, web_deflate = false;
   double drain_s = ServerOptions().drain_s;
+  double stalled_after_s = std::chrono::duration<double>(TransportOptions().stalled_after).count();
   bool only_check = false, only_print = false;
 };
 
@@ -82,6 +83,11 @@ void add_sockets(CLI::App& app, CommandLine& line) {
       ->group("Sockets");
   app.add_option("--stream-queue", transport.stream_queue,
                  "Messages a slow subscriber may have waiting")
+      ->capture_default_str()
+      ->group("Sockets");
+  app.add_option("--stalled-after", line.stalled_after_s,
+                 "A follower of streams that reads nothing for so long while messages wait is cut "
+                 "off [s]")
       ->capture_default_str()
       ->group("Sockets");
   app.add_option("--curve-secret-file", line.curve_secret,
@@ -168,6 +174,10 @@ void add_limits(CLI::App& app, CommandLine& line) {
          "Replies one client may leave unread");
   option("--max-unread-total-bytes", line.serve.server.transport.unread_total_bytes,
          "Replies all clients together may leave unread");
+  option("--max-stream-bytes", line.serve.server.transport.stream_bytes,
+         "Stream messages that may wait for one follower");
+  option("--max-stream-total-bytes", line.serve.server.transport.stream_total_bytes,
+         "Stream messages that all together may leave unread, each counted once");
   live("--max-sessions", limits.sessions, "Sessions in memory");
   live("--max-memory-bytes", limits.memory_bytes,
        "Estimated memory of all sessions together; beyond it those that nobody uses are parked. 0: "
@@ -287,6 +297,11 @@ ServeOptions serve_options(const CLI::App& app, CommandLine& line) {
   server.store = store_options(line);
   server.park_after = std::chrono::seconds(line.park_after_s);
   server.drain_s = line.drain_s;
+  if (!(line.stalled_after_s >= 0.001 && line.stalled_after_s <= 86400))
+    throw invalid("--stalled-after",
+                  fmt::format("{} is not within 0.001 and 86400 s", line.stalled_after_s));
+  server.transport.stalled_after =
+      std::chrono::milliseconds(std::llround(1000 * line.stalled_after_s));
   line.serve.web = web_options(app, line);
   line.serve.curve_allow = line.curve_allow;
   line.serve.log_level = level_of(line.log_level);

@@ -20,7 +20,8 @@ constexpr std::array<proto::Encoding, 4> kEncodings{
 // Spans that clients look at, and frames of each that come first.
 constexpr std::size_t kLookedAt = 8;
 constexpr int kMostLookedAt = 4096;
-constexpr unsigned kCoordinates = 1, kEncoded = 15, kChanges = 16;
+constexpr unsigned kCoordinates = 1, kEncoded = 15,
+                   kChanges = 16;  // bits of topics, in their order
 
 }  // namespace
 
@@ -46,8 +47,10 @@ void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
     const std::lock_guard order(changing_);
     if (hub_.transport.has_subscriber(changes_topic_)) {
       publish_changes(changes_.advance(*result, looked_at()));
+      note_published(kChangesTopic, result->sequence());
     } else {
       changes_.forget();
+      note_published(kChangesTopic, 0);
     }
   }
   request(kEncoded & ~kCoordinates);
@@ -73,12 +76,23 @@ void FrameStreams::look_at(FrameRange frames) {
   if (looked_at_.size() > kLookedAt) looked_at_.pop_back();
 }
 
-void FrameStreams::welcome(const std::string& prefix) {
+void FrameStreams::note_published(std::size_t topic, std::uint64_t result) {
+  const std::lock_guard lock(mutex_);
+  published_.at(topic) = result;
+}
+
+void FrameStreams::welcome(const std::string& prefix, Has has) {
   unsigned topics = 0;
   for (std::size_t i = 0; i < kTopics; ++i) {
     if (topics_[i].compare(0, prefix.size(), prefix) == 0) topics |= 1u << i;
   }
   if (changes_topic_.compare(0, prefix.size(), prefix) == 0) topics |= kChanges;
+  if (has == Has::kNewest) {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = 0; newest_ && i <= kChangesTopic; ++i) {
+      if (published_[i] == newest_->sequence()) topics &= ~(1u << i);
+    }
+  }
   request(topics);
 }
 
@@ -123,7 +137,9 @@ void FrameStreams::encode_due() {
       }
       if ((due & kChanges) != 0) {
         const std::lock_guard changing(changing_);
-        publish_changes(changes_.begin(*newest()));
+        const auto result = newest();
+        publish_changes(changes_.begin(*result));
+        note_published(kChangesTopic, result->sequence());
       }
     } catch (const std::exception& fault) {  // out of memory: this publication is lost
       log::error(log::Fields{{"session", session_.name}, {"error", fault.what()}},
@@ -145,7 +161,11 @@ std::vector<FrameRange> FrameStreams::looked_at() {
 StreamBytes FrameStreams::message_of(proto::Frames frames) const {
   auto message = stream_message(hub_.run, session_.name, session_.uid);
   message.mutable_frames()->Swap(&frames);
-  return message.SerializeAsString();
+  // With room for the sequence number: a motion is not copied for it.
+  StreamBytes bytes;
+  bytes.reserve(message.ByteSizeLong() + kSequenceBytes);
+  message.AppendToString(&bytes);
+  return bytes;
 }
 
 /// Each message continues the one before it: none is replaced, unless by a whole motion.
@@ -160,6 +180,7 @@ void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
 }
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
+  note_published(topic, result.sequence());
   const proto::Encoding encoding = kEncodings[topic];
   if (encoding == proto::ENCODING_SURFACE && !result.has_surface()) return;
   std::vector<StreamBytes> messages;

@@ -30,12 +30,15 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   /// 4,096 frames.
   void look_at(FrameRange frames);
   /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
-  /// nobody has to wait for the next edit.
-  void welcome(const std::string& prefix);
+  /// nobody has to wait for the next edit. Not what it has: unless there is a newer result, which
+  /// was not published while nobody was there.
+  void welcome(const std::string& prefix, Has has);
   void close();
 
  private:
   static constexpr std::size_t kTopics = 4;
+  static constexpr std::size_t kChangesTopic = kTopics;  // in published_
+  void note_published(std::size_t topic, std::uint64_t result);
   [[nodiscard]] StreamBytes message_of(proto::Frames frames) const;
   void publish(std::size_t topic, const FrameSource& result);
   void publish_changes(std::vector<proto::Frames> changes);
@@ -53,8 +56,9 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   ChangeStream changes_;    // under changing_
   std::mutex mutex_;        // of what follows
   std::shared_ptr<const FrameSource> newest_;
-  std::deque<FrameRange> looked_at_;  // newest first
-  unsigned due_ = 0;                  // topics to be made from newest_, by the encoder
+  std::array<std::uint64_t, kTopics + 1> published_{};  // results, by topic; 0: none
+  std::deque<FrameRange> looked_at_;                    // newest first
+  unsigned due_ = 0;  // topics to be made from newest_, by the encoder
   bool encoding_ = false, closed_ = false;
 };
 

@@ -170,8 +170,8 @@ void Record::cancel() {
   stop_work();
 }
 
-void Record::welcome(const std::string& prefix) {
-  streams_->welcome(prefix);
+void Record::welcome(const std::string& prefix, Has has) {
+  streams_->welcome(prefix, has);
   if (status_topic_.compare(0, prefix.size(), prefix) == 0) publish_status();
   welcome_more(prefix);
 }

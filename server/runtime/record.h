@@ -156,7 +156,7 @@ class Record : public std::enable_shared_from_this<Record> {
 
   /// Of CancelRequest: stops the session's work; waiting clients are notified.
   void cancel();
-  void welcome(const std::string& prefix);
+  void welcome(const std::string& prefix, Has has);
   /// To the subscribers of the status topic, if there are any.
   void publish_status();
   /// Ends the session; no task of it runs any more. @throws Error{kNotFound} once it is closed

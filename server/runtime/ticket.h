@@ -49,6 +49,8 @@ class Ticket {
   /// A repetition to which another ticket's reply will go.
   void absorb();
   [[nodiscard]] const std::string& client() const { return client_; }
+  /// As the request came; before it is answered.
+  [[nodiscard]] const Address& address() const { return address_; }
   /// How it came: by the request socket, or from a client of other ways (LocalPeer).
   enum class Way { kSocket, kLocalPeer };
   [[nodiscard]] Way way() const { return way_; }

@@ -24,6 +24,12 @@ std::optional<std::uint64_t> ClientDirectory::remove(const std::string& client) 
   return number;
 }
 
+std::uint64_t ClientDirectory::number_of(const std::string& client) const {
+  const std::lock_guard lock(mutex_);
+  const auto known = numbers_.find(client);
+  return known == numbers_.end() ? 0 : known->second;
+}
+
 bool ClientDirectory::is_connected(const std::string& client, std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
   const auto known = numbers_.find(client);

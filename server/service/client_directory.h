@@ -21,6 +21,8 @@ class ClientDirectory {
   std::uint64_t note(const std::string& client);
   /// Its connection has ended. @returns its number, if it had one
   std::optional<std::uint64_t> remove(const std::string& client);
+  /// Its number; 0: it has none.
+  [[nodiscard]] std::uint64_t number_of(const std::string& client) const;
   /// The number may be of an earlier connection of this routing id.
   [[nodiscard]] bool is_connected(const std::string& client, std::uint64_t number) const;
 

@@ -46,6 +46,7 @@ proto::GetServerInfoResponse Service::info() const {
   info.set_instance(hub_.run.instance);
   info.add_protocol_versions(kProtocolVersion);
   info.set_stream_endpoint(hub_.transport.stream_endpoint());
+  info.set_follow_endpoint(hub_.transport.request_endpoint());
   const auto& given = hub_.options.limits;
   auto* limits = info.mutable_limits();
   limits->set_message_bytes(hub_.options.transport.message_bytes);
@@ -70,6 +71,9 @@ proto::GetServerInfoResponse Service::info() const {
   out["published"] = counters.published.load();
   out["replaced"] = counters.replaced.load();
   out["forced"] = counters.forced.load();
+  out["followed"] = counters.followed.load();
+  out["stalled"] = counters.stalled.load();
+  out["withheld"] = counters.withheld.load();
   out["refused_handshakes"] = counters.refused_handshakes.load();
   out["refused_replies"] = counters.refused_replies.load();
   out["cut_off"] = counters.cut_off.load();

@@ -3,6 +3,7 @@
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <sstream>
@@ -120,6 +121,12 @@ void add_requests(Families& out, const proto::GetServerInfoResponse& info) {
         "Stream messages that were given up for newer ones of their topic.");
   count("forced_stream_messages_total", "forced",
         "Stream messages that a subscriber missed, as it did not keep up.");
+  count("followed_stream_messages_total", "followed",
+        "Stream messages for those who follow streams.");
+  count("stalled_followers_total", "stalled",
+        "Followers of streams that were cut off, as they read nothing.");
+  count("withheld_stream_messages_total", "withheld",
+        "Stream messages that went to no subscriber, as too much was unread.");
   count("refused_pages_total", "web_refused",
         "HTTP requests without the right token, Host or Origin.");
   out.gauge("pages", "WebSockets that are open.", count_of(info, "web_connections"));
@@ -130,6 +137,20 @@ void add_queues(Families& out, const proto::QueueUse& queues) {
   out.gauge("unread_reply_bytes", "Replies that clients leave unread.", queues.unread_bytes());
   out.gauge("waiting_requests", "Requests that wait for a thread.", queues.heavy_requests());
   out.gauge("waiting_request_bytes", "Bytes of these.", queues.heavy_bytes());
+  out.gauge("stream_bytes", "Stream messages that anybody has still to read, each counted once.",
+            queues.stream_bytes());
+  out.gauge("followers", "Those who follow streams.", std::uint64_t{queues.reader_count()});
+  double largest = 0;
+  double left_out = 0;
+  for (const auto& reader : queues.readers()) {
+    largest =
+        std::max(largest, static_cast<double>(reader.waiting_bytes() + reader.unread_bytes()));
+    left_out += static_cast<double>(reader.left_out());
+  }
+  out.gauge("largest_follower_bytes", "What waits for one follower of streams or is unread, most.",
+            largest);
+  out.gauge("followers_left_out", "Stream messages that present followers were not sent.",
+            left_out);
   out.gauge("page_queue_bytes", "Stream messages that wait for pages.", queues.page_bytes());
 }
 

@@ -26,6 +26,7 @@ std::optional<Role> least_role(int body) {
     case Request::kLookAt:
     case Request::kJoinSession:
     case Request::kLeaveSession:
+    case Request::kFollow:
     case Request::kGetJob:
     case Request::kListJobs:
       return Role::kView;

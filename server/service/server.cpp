@@ -19,15 +19,16 @@ Server::Server(ServerOptions options, const MakeKinds& make_kinds,
   if (pages) open_gateway(*pages);
   republish_status();
   control_thread_ = std::thread([this] { hub_.control.run(); });
-  hub_.transport.start({[this](Address address, zmq::message_t payload) {
-                          service_.handle(std::move(address), std::move(payload));
-                        },
-                        [this](const std::string& prefix) { service_.subscribed(prefix); },
-                        [this](const Address& address, const UnreadReplies::Excess& excess) {
-                          return service_.overflow_reply(address, excess);
-                        },
-                        [this](const std::string& client) { service_.gone(client); },
-                        [this](const std::string& client) { service_.disconnected(client); }});
+  hub_.transport.start(
+      {[this](Address address, zmq::message_t payload) {
+         service_.handle(std::move(address), std::move(payload));
+       },
+       [this](const std::string& prefix, Has has) { service_.subscribed(prefix, has); },
+       [this](const Address& address, const UnreadReplies::Excess& excess) {
+         return service_.overflow_reply(address, excess);
+       },
+       [this](const std::string& client) { service_.gone(client); },
+       [this](const std::string& client) { service_.disconnected(client); }});
   hub_.phase.store(Phase::kReady);
   if (gateway_) gateway_->start();
 }

@@ -65,6 +65,30 @@ void Service::set_limits(const ServiceLimits& limits) {
   hub_.jobs.set_limit(limits.jobs);
 }
 
+void Service::describe_readers(proto::QueueUse& queues) const {
+  constexpr std::size_t kMost = 100;
+  const Transport& transport = hub_.transport;
+  queues.set_stream_bytes(transport.stream_bytes());
+  queues.set_stream_limit_bytes(hub_.options.transport.stream_total_bytes);
+  queues.set_reader_count(static_cast<std::uint32_t>(transport.follower_count()));
+  for (auto& use : transport.follower_uses(kMost)) {
+    auto& reader = *queues.add_readers();
+    reader.set_client(use.client);
+    reader.set_name(std::move(use.name));
+    reader.set_topics(use.topics);
+    reader.set_waiting_bytes(use.waiting_bytes);
+    reader.set_unread_bytes(use.unread_bytes);
+    reader.set_sent(use.sent);
+    reader.set_left_out(use.left_out);
+    reader.set_stalled_s(use.stalled_s);
+  }
+  for (const auto& use : transport.unread_uses(kMost)) {
+    auto& client = *queues.add_unread_clients();
+    client.set_client(clients_.number_of(use.client));
+    client.set_unread_bytes(use.bytes);
+  }
+}
+
 void Service::describe_status(proto::ServerStatus& status) const {
   status.set_phase(encode(hub_.phase.load()));
   for (auto& reason : not_ready()) status.add_not_ready(std::move(reason));
@@ -80,6 +104,7 @@ void Service::describe_status(proto::ServerStatus& status) const {
   queues.set_heavy_requests(heavy.requests);
   queues.set_heavy_bytes(heavy.bytes);
   queues.set_page_bytes(hub_.counters.web_queue_bytes.load());
+  describe_readers(queues);
   describe(ProcessUse::now(), *status.mutable_process());
   status.set_running_jobs(hub_.jobs.running());
 }

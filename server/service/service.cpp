@@ -282,8 +282,8 @@ void Service::work_on(HeavyRequests::Request heavy) {
   }
 }
 
-void Service::subscribed(const std::string& prefix) {
-  for (const auto& record : sessions_.all()) record->welcome(prefix);
+void Service::subscribed(const std::string& prefix, Has has) {
+  for (const auto& record : sessions_.all()) record->welcome(prefix, has);
   for (const auto& parked : sessions_.all_parked()) {
     if (status_topic(parked.key.name).starts_with(prefix)) publish_parked(hub_, parked);
   }

@@ -29,7 +29,7 @@ class Service {
 
   /// On the transport's thread. Never throws.
   void handle(Address address, zmq::message_t payload) noexcept;
-  void subscribed(const std::string& prefix);
+  void subscribed(const std::string& prefix, Has has);
   /// Now and then: what nobody uses is parked, on the pool.
   void park_idle();
   [[nodiscard]] std::string overflow_reply(const Address& address,
@@ -132,6 +132,9 @@ class Service {
                      std::uint64_t revision, std::vector<std::string> edits);
   void leave_all(const std::string& client);
 
+  // handlers_streams.cpp
+  void follow(const SharedTicket& ticket, const Request& request);
+
   // handlers_frames.cpp
   proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request);
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request);
@@ -147,6 +150,7 @@ class Service {
   void server_info(const proto::GetServerInfoRequest& request, const SharedTicket& ticket) const;
   // server_status.cpp
   [[nodiscard]] std::vector<std::string> faults() const;
+  void describe_readers(proto::QueueUse& queues) const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
   void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);

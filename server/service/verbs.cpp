@@ -164,6 +164,8 @@ Service::Verb Service::verb_of(int body) {
       return {kLight, kNone, &S::join_session};
     case Request::kLeaveSession:
       return {kLight, kNone, &S::leave_session};
+    case Request::kFollow:
+      return {kLight, kNone, &S::follow};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

@@ -79,6 +79,11 @@ void Connections::cut_off(std::uint64_t number) const {
   }
 }
 
+void Connections::cut_off_client(const std::string& client) const {
+  const auto found = of_clients_.find(client);
+  if (found != of_clients_.end()) cut_off(found->second);
+}
+
 std::size_t Connections::cut_off_others(const AllowedKeys& allowed) {
   std::size_t count = 0;
   for (const auto& [file, known] : by_file_) {

@@ -56,6 +56,8 @@ class Connections {
   static void cut_off(const Peer& peer);
   /// The open one with this number, if there is one.
   void cut_off(std::uint64_t number) const;
+  /// The open one of this client, if there is one.
+  void cut_off_client(const std::string& client) const;
   /// Cuts off those whose key is not allowed. @returns their number
   std::size_t cut_off_others(const AllowedKeys& allowed);
 

@@ -21,6 +21,10 @@ struct Counters {
       0};  // stream messages given up for a newer one of their topic
   std::atomic<std::uint64_t> forced{
       0};  // sent past a subscriber that did not keep up: it missed them
+  std::atomic<std::uint64_t> followed{0};  // stream messages sent to followers
+  std::atomic<std::uint64_t> stalled{0};   // followers that were cut off: they read nothing
+  std::atomic<std::uint64_t> withheld{
+      0};  // stream messages that went to no subscriber: too much was unread
   std::atomic<std::uint64_t> refused_handshakes{0};  // CURVE keys not on the list
   std::atomic<std::uint64_t> refused_replies{0};     // too much is unread: an error in their place
   std::atomic<std::uint64_t> parked{0}, brought_back{0};  // sessions, since the start

@@ -70,7 +70,7 @@ void Transport::receive_local_subscription(LocalEvent& event) {
     counters_.cut_off.fetch_add(1, std::memory_order_relaxed);
     peer->cut_off("too many subscriptions");
   } else if (noted == Subscriptions::Noted::kSubscription) {
-    handlers_.on_subscription(std::string(message.substr(1)));
+    handlers_.on_subscription(std::string(message.substr(1)), Has::kNothing);
   }
   peer->taken(message.size());
 }

@@ -55,4 +55,12 @@ zmq::message_t message_of(std::string bytes) {
           [](void*, void* hint) { delete static_cast<std::string*>(hint); }, held};
 }
 
+zmq::message_t message_of(std::shared_ptr<const StreamBytes> bytes) {
+  using Shared = std::shared_ptr<const StreamBytes>;
+  auto* held = new Shared(std::move(bytes));
+  // libzmq writes nothing into what it sends.
+  return {const_cast<char*>((*held)->data()), (*held)->size(),
+          [](void*, void* hint) { delete static_cast<Shared*>(hint); }, held};
+}
+
 }  // namespace limber::server

@@ -73,5 +73,7 @@ struct LocalEvent {
 
 /// A message that takes the bytes over.
 [[nodiscard]] zmq::message_t message_of(std::string bytes);
+/// A message of these bytes, which are shared until libzmq lets it go.
+[[nodiscard]] zmq::message_t message_of(std::shared_ptr<const StreamBytes> bytes);
 
 }  // namespace limber::server

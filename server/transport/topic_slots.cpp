@@ -32,7 +32,7 @@ void TopicSlots::flush(const Send& send, Clock::time_point now) {
     auto& [topic, content] = *slot;
     while (!content.messages.empty()) {
       const Force force = now - content.waiting_since >= patience_ ? Force::kYes : Force::kNo;
-      if (send(topic, *content.messages.front(), force) == Sent::kFull) break;
+      if (send(topic, content.messages.front(), force) == Sent::kFull) break;
       content.messages.pop_front();
       content.waiting_since = now;
     }

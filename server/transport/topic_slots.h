@@ -14,6 +14,8 @@ namespace limber::server {
 
 /// One stream message, complete but for its topic.
 using StreamBytes = std::string;
+/// The transport appends as much to each, its sequence number.
+inline constexpr std::size_t kSequenceBytes = 11;
 /// Messages of one publication, shared by all who have still to send them.
 using SharedMessages = std::shared_ptr<const std::vector<StreamBytes>>;
 [[nodiscard]] inline SharedMessages shared(std::vector<StreamBytes> messages) {
@@ -30,7 +32,8 @@ class TopicSlots {
   /// Sends one message, or says that a subscriber's queue is full; with `force` always sends, past
   /// full queues.
   enum class Force { kNo, kYes };
-  using Send = std::function<Sent(const std::string& topic, const StreamBytes& bytes, Force force)>;
+  using Send = std::function<Sent(const std::string& topic,
+                                  const std::shared_ptr<const StreamBytes>& bytes, Force force)>;
 
   explicit TopicSlots(std::chrono::milliseconds patience) : patience_(patience) {}
 

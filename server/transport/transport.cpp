@@ -4,6 +4,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -17,8 +18,15 @@ namespace limber::server {
 namespace {
 
 constexpr int kLingerMs = 500;
+// Of a connection, in the kernel (which takes twice as many): as much of a large message is copied
+// at a time, for which the acknowledgements of others wait; libzmq has one thread for all. A
+// network of 50 ms still gets 10 MB/s.
+constexpr int kSendBytes = 256 << 10;
+// Those are told why they were cut off.
+constexpr std::chrono::seconds kLaterThanFollowers{5};
 constexpr int kRequestsPerRound = 256;  // then replies and streams get their turn
 constexpr std::size_t kMaxTopics = 100'000;
+constexpr std::size_t kCopiedBytes = 16u << 10;  // of a stream message; larger ones are shared
 constexpr int kSubscriptionsPerRound = 256;
 // Longer ones match no topic of ours, and libzmq spends some 30 bytes on each of their bytes. The
 // handshake counts, too: that of CURVE takes 350.
@@ -45,7 +53,12 @@ void secure(zmq::socket_t& socket, const std::optional<CurveSetup>& curve) {
   socket.set(zmq::sockopt::curve_secretkey, curve->server.secret_key);
 }
 
-void tune(zmq::socket_t& socket) {
+/// @param unmoved  how long a connection may be full without the peer's system taking a byte
+void tune(zmq::socket_t& socket, std::chrono::milliseconds unmoved) {
+  // A peer that stopped reading in the middle of a message: libzmq gets no ping out behind it, and
+  // waits for ever. The kernel counts (TCP_USER_TIMEOUT).
+  socket.set(zmq::sockopt::tcp_maxrt, static_cast<int>(unmoved.count()));
+  socket.set(zmq::sockopt::sndbuf, kSendBytes);
   socket.set(zmq::sockopt::linger, kLingerMs);
   socket.set(zmq::sockopt::handshake_ivl, 5000);
   socket.set(zmq::sockopt::heartbeat_ivl, 5000);
@@ -76,6 +89,9 @@ void TransportOptions::validate() const {
   if (request_queue <= 0) throw invalid("request_queue", "must be > 0");
   if (reply_queue <= 0) throw invalid("reply_queue", "must be > 0");
   if (stream_queue <= 0) throw invalid("--stream-queue", "must be > 0");
+  if (stream_bytes == 0) throw invalid("--max-stream-bytes", "must be > 0");
+  if (stream_total_bytes == 0) throw invalid("--max-stream-total-bytes", "must be > 0");
+  if (stalled_after.count() <= 0) throw invalid("--stalled-after", "must be > 0");
   if (message_bytes < 1024) throw invalid("--max-message-bytes", "must be >= 1024");
   if (message_bytes > (1ull << 30)) throw invalid("--max-message-bytes", "must be <= 1 GiB");
   if (unread_total_bytes < message_bytes)
@@ -87,7 +103,8 @@ Transport::Transport(TransportOptions options, Counters& counters)
       counters_(counters),
       unread_({options_.unread_bytes, options_.unread_total_bytes}),
       context_(1),
-      slots_(options_.patience) {
+      slots_(options_.patience),
+      followers_(options_.stream_bytes, subscriptions_) {
   options_.validate();
   // One thread of the context: what it tells comes in the order in which it happened.
   zap_ = std::make_unique<ZapHandler>(
@@ -96,7 +113,7 @@ Transport::Transport(TransportOptions options, Counters& counters)
   router_ = zmq::socket_t(context_, ZMQ_ROUTER);
   xpub_ = zmq::socket_t(context_, ZMQ_XPUB);
   for (auto* socket : {&router_, &xpub_}) {
-    tune(*socket);
+    tune(*socket, options_.stalled_after + kLaterThanFollowers);
     secure(*socket, options_.curve);
   }
   router_.set(zmq::sockopt::router_mandatory, 1);
@@ -171,6 +188,8 @@ void Transport::allow(AllowedKeys keys) { enqueue(NewKeys{std::move(keys)}); }
 
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages,
                         TopicSlots::Keep keep) {
+  // Where this copies, it is before the lock, for which acknowledgements would wait.
+  for (auto& bytes : messages) bytes.reserve(bytes.size() + kSequenceBytes);
   {
     const std::lock_guard lock(mutex_);
     // A long life sees many sessions; forgetting their counts only means that they begin at 1
@@ -178,7 +197,7 @@ void Transport::publish(const std::string& topic, std::vector<StreamBytes> messa
     if (sequences_.size() >= kMaxTopics) sequences_.clear();
     std::uint64_t& sequence = sequences_[topic];
     for (auto& bytes : messages) append_sequence(bytes, ++sequence);
-    queue_.emplace_back(Publication{topic, shared(std::move(messages)), keep});
+    queue_.emplace_back(Publication{topic, live_.counted(std::move(messages)), keep});
   }
   wake();
 }
@@ -218,6 +237,7 @@ void Transport::loop() {
       if ((items[1].revents & ZMQ_POLLIN) != 0) receive_subscriptions();
       if ((items[0].revents & ZMQ_POLLIN) != 0) receive_requests();
       drain();
+      tend_followers();
     } catch (const zmq::error_t& fault) {
       if (fault.num() == ETERM) break;
       if (fault.num() != EINTR) log::error("transport: {}", fault.what());
@@ -267,13 +287,27 @@ void Transport::drain() {
 
 void Transport::publish_now(const Publication& publication) {
   local_peers_.publish(publication.topic, publication.messages, publication.keep, subscriptions_);
+  add(counters_.replaced, followers_.publish(publication.topic, publication.messages,
+                                             publication.keep, Followers::Clock::now()));
+  pump_followers();
+  if (live_.total() > options_.stream_total_bytes) {
+    relieve_memory();
+    const auto& messages = *publication.messages;
+    const bool is_large = std::any_of(messages.begin(), messages.end(), [](const auto& message) {
+      return message.size() >= kCopiedBytes;
+    });
+    if (is_large) {
+      add(counters_.withheld, messages.size());
+      return;
+    }
+  }
   add(counters_.replaced, slots_.put(publication.topic, publication.messages,
                                      TopicSlots::Clock::now(), publication.keep));
   flush_slots();  // in the order of publication as long as nobody is full
 }
 
 void Transport::flush_slots() {
-  slots_.flush([this](const std::string& topic, const StreamBytes& bytes,
+  slots_.flush([this](const std::string& topic, const std::shared_ptr<const StreamBytes>& bytes,
                       TopicSlots::Force force) { return publish_now(topic, bytes, force); },
                TopicSlots::Clock::now());
 }
@@ -282,7 +316,13 @@ void Transport::end_connections(const EndedConnections& ended) {
   const auto connection = connections_.end(ended);
   if (!connection) return;
   subscriptions_.forget(connection->number);
-  if (!connection->client.empty()) handlers_.on_disconnected(connection->client);
+  if (!connection->client.empty()) end_client(connection->client);
+}
+
+void Transport::end_client(const std::string& client) {
+  followers_.end(client,
+                 "its connection had ended; one without a sign of life is given up after 20 s");
+  handlers_.on_disconnected(client);
 }
 
 void Transport::apply(NewKeys& allowed) {
@@ -306,19 +346,25 @@ Role Transport::role_of(const Peer& peer) const {
   return known == options_.curve->allowed.end() ? Role::kView : known->second.role;
 }
 
-TopicSlots::Sent Transport::publish_now(const std::string& topic, const StreamBytes& bytes,
+TopicSlots::Sent Transport::publish_now(const std::string& topic,
+                                        const std::shared_ptr<const StreamBytes>& bytes,
                                         TopicSlots::Force force) {
+  // Large ones are not copied: they count as unread until libzmq lets them go.
+  const auto body = [&bytes] {
+    if (bytes->size() < kCopiedBytes) return zmq::message_t(bytes->data(), bytes->size());
+    return message_of(std::shared_ptr<const StreamBytes>(bytes));
+  };
   auto sent = xpub_.send(zmq::buffer(topic), zmq::send_flags::sndmore | zmq::send_flags::dontwait);
   if (!sent && force == TopicSlots::Force::kYes) {
     add(counters_.forced);
     xpub_.set(zmq::sockopt::xpub_nodrop, false);
     sent = xpub_.send(zmq::buffer(topic), zmq::send_flags::sndmore | zmq::send_flags::dontwait);
-    xpub_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+    xpub_.send(body(), zmq::send_flags::dontwait);
     xpub_.set(zmq::sockopt::xpub_nodrop, true);
   } else if (!sent) {
     return TopicSlots::Sent::kFull;
   } else {
-    xpub_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+    xpub_.send(body(), zmq::send_flags::dontwait);
   }
   add(counters_.published);
   return TopicSlots::Sent::kYes;
@@ -355,9 +401,9 @@ bool Transport::receive_request() {
     return true;
   }
   const std::string client = frames.front();
-  if (connections_.note_client(peer, client)) handlers_.on_disconnected(client);
+  if (connections_.note_client(peer, client)) end_client(client);
   handlers_.on_request(Address{std::move(frames), 0, 0, role_of(peer), peer.key}, std::move(frame));
-  if (connections_.note(peer) == Connections::State::kEnded) handlers_.on_disconnected(client);
+  if (connections_.note(peer) == Connections::State::kEnded) end_client(client);
   return true;
 }
 
@@ -370,7 +416,7 @@ void Transport::receive_subscriptions() {
     switch (subscriptions_.note(peer.number, message.to_string_view())) {
       case Subscriptions::Noted::kSubscription:
         cut_off_displaced();
-        handlers_.on_subscription(std::string(message.to_string_view().substr(1)));
+        handlers_.on_subscription(std::string(message.to_string_view().substr(1)), Has::kNothing);
         break;
       case Subscriptions::Noted::kTooMany:
         log::warn("cut off a subscriber with more than {} prefixes", Subscriptions::kMaxOfOne);
@@ -389,8 +435,12 @@ void Transport::cut_off_displaced() {
     log::warn("cut off the subscriber with most prefixes: all together had {}",
               Subscriptions::kMaxPrefixes);
     add(counters_.cut_off);
-    if (!cut_off_local_peer(connection, "all subscribers together have too many prefixes"))
+    const std::string reason = "all subscribers together have too many prefixes";
+    if (const auto* follower = followers_.of_number(connection)) {
+      end_follower(std::string(follower->address.envelope.front()), reason);
+    } else if (!cut_off_local_peer(connection, reason)) {
       connections_.cut_off(connection);
+    }
   }
 }
 

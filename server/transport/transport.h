@@ -16,6 +16,8 @@
 #include "server/transport/connections.h"
 #include "server/transport/counters.h"
 #include "server/transport/curve.h"
+#include "server/transport/followers.h"
+#include "server/transport/live_bytes.h"
 #include "server/transport/local_peers.h"
 #include "server/transport/subscriptions.h"
 #include "server/transport/topic_slots.h"
@@ -37,7 +39,15 @@ struct TransportOptions {
   // waits may end at once, and small edits are not counted. Their bytes are bounded by
   // unread_bytes.
   int reply_queue = 100'000;
-  int stream_queue = 4;                    // messages per subscriber, > 0
+  int stream_queue = 4;  // messages per subscriber, > 0
+  // Stream messages that may wait for one follower; a publication more may wait. > 0
+  std::uint64_t stream_bytes = 64ull << 20;
+  // And that anybody may leave unread, each counted once: beyond it each publication has the
+  // follower cut off that has stalled for longest, and a second at least, and subscribers get no
+  // large ones. > 0
+  std::uint64_t stream_total_bytes = 1ull << 30;
+  // A follower that gives no credit for so long while messages wait is cut off. > 0
+  std::chrono::milliseconds stalled_after{30'000};
   std::chrono::milliseconds patience{20};  // how long one full subscriber may hold up a topic
   std::optional<CurveSetup> curve;
 
@@ -48,7 +58,7 @@ struct TransportOptions {
 /// Called on the transport's own thread: must be quick, may call send() and publish().
 struct TransportHandlers {
   std::function<void(Address address, zmq::message_t payload)> on_request;
-  std::function<void(const std::string& prefix)> on_subscription;
+  std::function<void(const std::string& prefix, Has has)> on_subscription;
   /// A short reply in place of one that passes a limit of unread bytes. Any thread.
   std::function<std::string(const Address& address, const UnreadReplies::Excess& excess)>
       overflow_reply;
@@ -84,6 +94,18 @@ class Transport {
                TopicSlots::Keep keep = TopicSlots::Keep::kNewest);
   [[nodiscard]] bool has_subscriber(std::string_view topic) const {
     return subscriptions_.has_subscriber(topic);
+  }
+  // Followers (follow.proto). On the transport's thread, of a client of the request socket:
+  [[nodiscard]] FollowAnswer follow(const Address& address, Following wanted);
+  // Any thread:
+  [[nodiscard]] std::uint64_t stream_bytes() const { return live_.total(); }
+  [[nodiscard]] std::vector<FollowerUse> follower_uses(std::size_t most) const {
+    return followers_.uses(most, Followers::Clock::now());
+  }
+  [[nodiscard]] std::size_t follower_count() const { return followers_.size(); }
+  /// Clients (routing ids) and what they leave unread, those that leave most first.
+  [[nodiscard]] std::vector<UnreadReplies::Use> unread_uses(std::size_t most) const {
+    return unread_.uses(most);
   }
   /// With CURVE: these clients in place of those that were allowed. Connections of others are cut
   /// off before anything is sent that is handed over later.
@@ -129,9 +151,17 @@ class Transport {
   void close_sockets();
   void send_now(Outgoing& outgoing);
   void end_connections(const EndedConnections& ended);
+  void end_client(const std::string& client);
   void apply(NewKeys& allowed);
   void publish_now(const Publication& publication);
   void flush_slots();
+  // follow.cpp
+  void pump_followers();
+  void tend_followers();
+  void relieve_memory();
+  void end_follower(const std::string& client, const std::string& reason);
+  void send_now(const Followers::Follower& follower, FollowedStream::Message& message);
+  [[nodiscard]] std::uint64_t sequence_of(const std::string& topic);
   // local_events.cpp
   void apply(LocalEvent& event);
   void receive_local_request(LocalEvent& event);
@@ -145,12 +175,14 @@ class Transport {
   bool receive_request();
   void receive_subscriptions();
   void cut_off_displaced();
-  TopicSlots::Sent publish_now(const std::string& topic, const StreamBytes& bytes,
+  TopicSlots::Sent publish_now(const std::string& topic,
+                               const std::shared_ptr<const StreamBytes>& bytes,
                                TopicSlots::Force force);
   TransportOptions options_;
   Counters& counters_;
   TransportHandlers handlers_;
   UnreadReplies unread_;  // messages of the context hold parts of it
+  LiveBytes live_;
   zmq::context_t context_;
   std::unique_ptr<ZapHandler> zap_;
   zmq::socket_t router_, xpub_;
@@ -160,6 +192,8 @@ class Transport {
   TopicSlots slots_;         // the thread's
   Connections connections_;  // the thread's
   LocalPeers local_peers_;   // the thread's
+  Followers followers_;      // the thread's, but for what says how they do
+  Followers::Clock::time_point tended_;
   std::atomic<std::uint64_t> last_local_peer_{LocalPeers::kFirstNumber};
   std::thread thread_;
   std::atomic<std::thread::id> thread_id_{};

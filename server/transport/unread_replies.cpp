@@ -1,5 +1,7 @@
 #include "server/transport/unread_replies.h"
 
+#include <algorithm>
+
 namespace limber::server {
 
 std::optional<UnreadReplies::Hold> UnreadReplies::admit(const std::string& client,
@@ -38,6 +40,18 @@ std::optional<UnreadReplies::Hold> UnreadReplies::admit_error(const std::string&
 std::uint64_t UnreadReplies::total() const {
   const std::lock_guard lock(mutex_);
   return total_.replies + total_.errors;
+}
+
+std::vector<UnreadReplies::Use> UnreadReplies::uses(std::size_t most) const {
+  std::vector<Use> all;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [client, unread] : by_client_)
+      all.push_back({client, unread.replies + unread.errors});
+  }
+  std::sort(all.begin(), all.end(), [](const Use& a, const Use& b) { return a.bytes > b.bytes; });
+  if (all.size() > most) all.resize(most);
+  return all;
 }
 
 void UnreadReplies::release(const std::string& client, Kind kind, std::uint64_t bytes) {

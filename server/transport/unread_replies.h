@@ -6,6 +6,7 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace limber::server {
 
@@ -65,6 +66,13 @@ class UnreadReplies {
                                           Excess& excess);
   [[nodiscard]] std::optional<Hold> admit_error(const std::string& client, std::uint64_t bytes);
   [[nodiscard]] std::uint64_t total() const;
+  /// What one client leaves unread [bytes].
+  struct Use {
+    std::string client;
+    std::uint64_t bytes = 0;
+  };
+  /// Those that leave most, most first.
+  [[nodiscard]] std::vector<Use> uses(std::size_t most) const;
 
  private:
   struct Unread {

@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "server/transport/counters.h"
+#include "server/transport/stream_queue.h"
 #include "server/transport/transport.h"
-#include "server/web/stream_queue.h"
 
 namespace limber::server::web {
 

@@ -75,8 +75,12 @@ def test_what_is_recorded_is_what_was_said(server, tmp_path):
         for name in ("first", "second"):
             with limber.connect(recorder.endpoint) as client:
                 session = client.open(small_scene(), session=name, progress=False)
-                session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
-                assert session.wait().revision == 1
+                with session.stream() as stream:  # passed on, and not recorded
+                    assert stream.next(30).result.revision == 0
+                    session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
+                    assert session.wait().revision == 1
+                    while stream.next(30).result.revision < 1:
+                        pass
                 session.close()
     reader = Reader(path)
     messages = list(reader)

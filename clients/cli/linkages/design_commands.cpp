@@ -175,7 +175,7 @@ void start_design(Context& context, const DesignOptions& options) {
   if (is_new) request = open_grid(context, options);
   auto design = context.session<LinkageDesign>(options.session);
   const auto info = client::server_info(context.client());
-  client::Subscription stream(context.client(), info.stream_endpoint());
+  client::Subscription stream(context.client(), info);
   stream.subscribe(client::design_topic(options.session));
   v1::StartDesignResponse started;
   try {
@@ -192,7 +192,7 @@ void start_design(Context& context, const DesignOptions& options) {
 void watch_design(Context& context, const DesignOptions& options) {
   auto design = context.session<LinkageDesign>(options.session);
   const auto info = client::server_info(context.client());
-  client::Subscription stream(context.client(), info.stream_endpoint());
+  client::Subscription stream(context.client(), info);
   stream.subscribe(client::design_topic(options.session));
   follow_design(context, stream, design, 0);
 }

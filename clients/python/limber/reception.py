@@ -7,9 +7,10 @@ is always empty; what is bounded is the queue behind it.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Collection
 
 import zmq
 from google.protobuf.message import DecodeError
@@ -26,6 +27,8 @@ _numbers = itertools.count(1)
 
 class Reception:
     """Puts what arrives on a connected SUB socket into a Newest. Owns the socket from now on."""
+
+    cut_offs: "Collection[str]" = ()  # why the server has ended the stream, each time
 
     def __init__(self, context: zmq.Context, socket: zmq.Socket, session: "OpenSession", frames_topic: bytes,
                  status_topic: bytes, newest: Newest):
@@ -59,12 +62,38 @@ class Reception:
             poller = zmq.Poller()
             poller.register(socket, zmq.POLLIN)
             poller.register(stopped, zmq.POLLIN)
-            while True:
-                ready = dict(poller.poll())
-                if stopped in ready:
-                    return
-                if socket in ready:
-                    self._put(socket.recv_multipart())
+            watched = self._watched()
+            for one in watched:
+                poller.register(one, zmq.POLLIN)
+            try:
+                while True:
+                    ready = dict(poller.poll())
+                    if stopped in ready:
+                        return
+                    for one in watched:
+                        if one in ready:
+                            self._look_at(one, socket)
+                    if socket in ready:
+                        with contextlib.suppress(zmq.Again):  # it may have been read meanwhile
+                            self._take(socket, socket.recv_multipart(zmq.NOBLOCK))
+            finally:
+                self._end(socket)
+
+    def _watched(self) -> "list[zmq.Socket]":
+        """Sockets beside the one that brings messages."""
+        return []
+
+    def _look_at(self, watched: zmq.Socket, socket: zmq.Socket) -> None:
+        """One of these can be read."""
+
+    def _end(self, socket: zmq.Socket) -> None:
+        """Before the socket is closed, on the thread."""
+
+    def _take(self, socket: zmq.Socket, parts: list[bytes]) -> None:
+        self._put(parts)
+
+    def _note(self, topic: bytes, message: "stream.StreamMessage") -> None:
+        """A message of a topic of ours has come."""
 
     def _put(self, parts: list[bytes]) -> None:
         frames_topic, status_topic = self._topics
@@ -74,6 +103,7 @@ class Reception:
             message = stream.StreamMessage.FromString(parts[-1])
         except DecodeError:
             return
+        self._note(parts[0], message)
         name, uid, instance = self._session
         if uid and message.session_uid not in (0, uid):  # not ours: it was closed, or went with its server
             restarted = ServerRestarted(f"limberd was restarted: session {name} is gone, another one has its name",

@@ -6,17 +6,18 @@ import threading
 from pathlib import Path
 
 import zmq
+from google.protobuf.message import DecodeError
 
 from .errors import LimberError
+from .messages import service
 from .recording import REPLY, REQUEST, Writer
 
 
 class Recorder:
     """An endpoint for clients that passes their requests on to a server, and the replies back, and records both.
 
-    What is published (frames, status) clients read from the server itself, as ever, and it is not recorded. Clients of
-    Recorder.endpoint must reach the server's stream endpoint; it takes no CURVE keys. To the server, a client stays
-    connected until the recorder is closed.
+    What is published (frames, status) is not recorded: connections that follow streams are passed on, and subscribers read from
+    the server itself. It takes no CURVE keys. To the server, a client stays connected until the recorder is closed.
     """
 
     def __init__(self, server_endpoint: str, path: "str | Path", bind: str = "tcp://127.0.0.1:*", **about: object):
@@ -33,7 +34,8 @@ class Recorder:
         self.endpoint: str = self._clients.last_endpoint.decode().rstrip("\0")
         self.messages = 0
         self._server_endpoint = server_endpoint
-        self._connections: "dict[bytes, tuple[int, zmq.Socket]]" = {}
+        self._connections: "dict[bytes, tuple[int | None, zmq.Socket]]" = {}  # None: it follows streams
+        self._recorded = 0  # of them
         self._is_ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name="limber-recorder", daemon=True)
         self._thread.start()
@@ -63,7 +65,7 @@ class Recorder:
                         server = self._connect()
                         poller.register(server, zmq.POLLIN)
                         by_socket[server] = client
-                        self._connections[client] = (len(self._connections), server)
+                        self._connections[client] = (self._number(parts[-1]), server)
                     number, server = self._connections[client]
                     self._note(REQUEST, number, parts[-1])
                     server.send_multipart(parts)
@@ -78,6 +80,18 @@ class Recorder:
         server.connect(self._server_endpoint)
         return server
 
-    def _note(self, direction: int, connection: int, data: bytes) -> None:
+    def _number(self, first: bytes) -> "int | None":
+        """Of a connection, by its first request."""
+        try:
+            if service.Request.FromString(first).WhichOneof("body") == "follow":
+                return None
+        except DecodeError:
+            pass  # recorded as it came
+        self._recorded += 1
+        return self._recorded - 1
+
+    def _note(self, direction: int, connection: "int | None", data: bytes) -> None:
+        if connection is None:
+            return
         self.messages += 1
         self._writer.add(direction, connection, data)

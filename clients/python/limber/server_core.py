@@ -29,6 +29,9 @@ class ServerCore:
         self.geometry_cache: "OrderedDict[str, tuple[str, Any]]" = _Bounded(8)
         info = _greet(connection, greeting_timeout)
         self.stream_endpoint = reachable(info.stream_endpoint, connection.endpoint)
+        # Where streams are followed against credit: where requests go, through a tunnel or a recorder, too. Empty: this
+        # server has only the stream socket.
+        self.follow_endpoint = connection.endpoint if info.follow_endpoint else ""
 
     def __enter__(self: _Server) -> _Server:
         return self

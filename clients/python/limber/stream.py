@@ -14,6 +14,7 @@ import zmq.utils.monitor
 from . import checks
 from .connection import SILENCE, configure
 from .errors import LimberError, ServerStopped, ServerUnreachable
+from .following import Following
 from .messages import service
 from .newest import Newest, Waiting
 from .reception import Reception
@@ -55,16 +56,10 @@ class SessionStream:
         connection = session.connection
         frames_topic = f"session/{session.id}/body/0/{topic}".encode()
         status_topic = f"session/{session.id}/status".encode()
-        socket = connection.context.socket(zmq.SUB)
-        try:
-            configure(socket, connection.keys)
-            socket.subscribe(frames_topic)
-            socket.subscribe(status_topic)
-            self._connect(socket, session.server.stream_endpoint)
-            self._reception = Reception(connection.context, socket, session, frames_topic, status_topic, newest)
-        except BaseException:
-            socket.close()
-            raise
+        if session.server.follow_endpoint:
+            self._reception = Following(session, session.server.follow_endpoint, frames_topic, status_topic, newest)
+        else:
+            self._reception = self._subscribe(frames_topic, status_topic, newest)
         # A stream that is dropped without being closed ends too, and so does one whose connection is closed.
         self._end = weakref.finalize(self, self._reception.close)
         connection.before_closing(self._reception)
@@ -73,6 +68,12 @@ class SessionStream:
     def missed(self) -> int:
         """Messages lost so far, up to the frames that were handed out last."""
         return self._reception.newest.missed
+
+    @property
+    def cut_offs(self) -> list[str]:
+        """Why the server has ended this stream, each time, in words, the newest 16: it had not been read for long, or its
+        connection had ended. It went on by itself, with the newest frames; `missed` counts what went by meanwhile."""
+        return list(self._reception.cut_offs)
 
     def __enter__(self):
         return self
@@ -105,6 +106,20 @@ class SessionStream:
             elif time.monotonic() >= max(newest.heard, self._checked) + SILENCE:
                 self._check_session()
                 self._checked = time.monotonic()
+
+    def _subscribe(self, frames_topic: bytes, status_topic: bytes, newest: Newest) -> Reception:
+        """Of a server that has only the stream socket."""
+        connection = self._session.connection
+        socket = connection.context.socket(zmq.SUB)
+        try:
+            configure(socket, connection.keys)
+            socket.subscribe(frames_topic)
+            socket.subscribe(status_topic)
+            self._connect(socket, self._session.server.stream_endpoint)
+            return Reception(connection.context, socket, self._session, frames_topic, status_topic, newest)
+        except BaseException:
+            socket.close()
+            raise
 
     def _connect(self, socket: zmq.Socket, endpoint: str) -> None:
         # A subscription counts once the peer has it; it is sent right after the handshake.

@@ -16,15 +16,16 @@ using namespace limber::server::testing;
 /// A service on real sockets whose threads for heavy requests can be held up.
 struct ServerService : ::testing::Test {
   explicit ServerService(ServerOptions options = test_options()) : hub(std::move(options)) {
-    hub.transport.start({[this](Address address, zmq::message_t payload) {
-                           service.handle(std::move(address), std::move(payload));
-                         },
-                         [this](const std::string& prefix) { service.subscribed(prefix); },
-                         [this](const Address& address, const UnreadReplies::Excess& excess) {
-                           return service.overflow_reply(address, excess);
-                         },
-                         [this](const std::string& of) { service.gone(of); },
-                         [this](const std::string& of) { service.disconnected(of); }});
+    hub.transport.start(
+        {[this](Address address, zmq::message_t payload) {
+           service.handle(std::move(address), std::move(payload));
+         },
+         [this](const std::string& prefix, Has has) { service.subscribed(prefix, has); },
+         [this](const Address& address, const UnreadReplies::Excess& excess) {
+           return service.overflow_reply(address, excess);
+         },
+         [this](const std::string& of) { service.gone(of); },
+         [this](const std::string& of) { service.disconnected(of); }});
   }
   ~ServerService() override {
     if (held) release();

@@ -15,10 +15,11 @@ using Clock = TopicSlots::Clock;
 struct FakeSocket {
   std::set<std::string> full;
   std::vector<std::string> sent;
-  TopicSlots::Send send = [this](const std::string& topic, const StreamBytes& bytes,
+  TopicSlots::Send send = [this](const std::string& topic,
+                                 const std::shared_ptr<const StreamBytes>& bytes,
                                  TopicSlots::Force force) {
     if (full.count(topic) > 0 && force == TopicSlots::Force::kNo) return TopicSlots::Sent::kFull;
-    sent.push_back(topic + ":" + bytes);
+    sent.push_back(topic + ":" + *bytes);
     return TopicSlots::Sent::kYes;
   };
 };

@@ -1,8 +1,8 @@
-#include "server/web/stream_queue.h"
+#include "server/transport/stream_queue.h"
 
 #include <gtest/gtest.h>
 
-namespace limber::server::web {
+namespace limber::server {
 namespace {
 
 using Keep = TopicSlots::Keep;
@@ -149,4 +149,4 @@ TEST(StreamQueue, AMessageOutlivesItsPublication) {
 }
 
 }  // namespace
-}  // namespace limber::server::web
+}  // namespace limber::server

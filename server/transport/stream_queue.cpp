@@ -1,9 +1,9 @@
-#include "server/web/stream_queue.h"
+#include "server/transport/stream_queue.h"
 
 #include <algorithm>
 #include <utility>
 
-namespace limber::server::web {
+namespace limber::server {
 
 StreamQueue::Put StreamQueue::put(const std::string& topic, const SharedMessages& messages,
                                   TopicSlots::Keep keep) {
@@ -23,6 +23,19 @@ StreamQueue::Put StreamQueue::put(const std::string& topic, const SharedMessages
   bytes_of(part) += more;
   make_room_beside(topic);
   return Put::kTaken;
+}
+
+void StreamQueue::put_newest(const std::string& topic, const SharedMessages& messages,
+                             TopicSlots::Keep keep) {
+  if (put(topic, messages, keep) == Put::kTaken) return;
+  std::erase_if(turns_, [this](const std::string& name) {
+    const auto found = topics_.find(name);
+    if (found->second.keep == TopicSlots::Keep::kNewest) return false;
+    give_up(found->second);
+    topics_.erase(found);
+    return true;
+  });
+  put(topic, messages, keep);
 }
 
 StreamQueue::Part StreamQueue::part_of(TopicSlots::Keep keep) const {
@@ -86,9 +99,10 @@ std::optional<StreamQueue::Message> StreamQueue::take() {
 }
 
 void StreamQueue::clear() {
+  for (const auto& [name, topic] : topics_) given_up_ += topic.messages.size();
   topics_.clear();
   turns_.clear();
   bytes_.fill(0);
 }
 
-}  // namespace limber::server::web
+}  // namespace limber::server

@@ -12,11 +12,11 @@
 
 #include "server/transport/local_peers.h"
 
-namespace limber::server::web {
+namespace limber::server {
 
-/// Stream messages that wait for one page, bounded by their bytes. Of topics where newer messages
-/// replace older ones the newest publication stays; topics in order stay whole, from the newest
-/// publication of kBegin. Topics take turns, a message each. Not thread-safe.
+/// Stream messages that wait for one page or follower, bounded by their bytes. Of topics where
+/// newer messages replace older ones the newest publication stays; topics in order stay whole, from
+/// the newest publication of kBegin. Topics take turns, a message each. Not thread-safe.
 class StreamQueue {
  public:
   /// What a message costs besides its bytes.
@@ -33,6 +33,9 @@ class StreamQueue {
   /// be larger than the limit, and still reaches a page that is slow. For the same reason neither
   /// counts what begins a topic in order, nor a publication in order before which none waits.
   Put put(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
+  /// As put(), for who can do without what waits: where messages in order would pass the limit,
+  /// all that waits in order is given up for them.
+  void put_newest(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
 
   struct Message {
     std::string topic;
@@ -41,6 +44,7 @@ class StreamQueue {
   /// The next one.
   std::optional<Message> take();
 
+  /// Gives up all that waits.
   void clear();
   [[nodiscard]] bool empty() const { return turns_.empty(); }
   [[nodiscard]] std::uint64_t bytes() const {
@@ -79,11 +83,11 @@ class StreamQueue {
   void make_room_beside(const std::string& topic);
   [[nodiscard]] const std::string* largest() const;  // of kNewest; null: there is none
 
-  const std::uint64_t limit_;
+  std::uint64_t limit_;
   std::map<std::string, Topic> topics_;   // those that have messages
   std::deque<std::string> turns_;         // of topics_
   std::array<std::uint64_t, 4> bytes_{};  // by Part
   std::uint64_t given_up_ = 0;
 };
 
-}  // namespace limber::server::web
+}  // namespace limber::server
