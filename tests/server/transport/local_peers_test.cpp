@@ -61,18 +61,18 @@ class WritingPeer : public LocalPeer {
 
 struct LocalPeersOfATransport : ::testing::Test {
   LocalPeersOfATransport() {
-    transport.start({[this](Address address, zmq::message_t payload) {
-                       clients.push_back(address.envelope.front());
-                       if (payload.to_string_view() == "silence") return;
-                       transport.send(std::move(address), "to " + payload.to_string());
-                     },
-                     [this](const std::string& prefix) { transport.publish(prefix + "x", {"hi"}); },
-                     [](const Address&, const UnreadReplies::Excess&) { return std::string(); },
-                     [](const std::string&) {},
-                     [this](const std::string& client) {
-                       transport_diary.add(!clients.empty() && client == clients.back() ? "gone"
-                                                                                        : "who?");
-                     }});
+    transport.start(
+        {[this](Address address, zmq::message_t payload) {
+           clients.push_back(address.envelope.front());
+           if (payload.to_string_view() == "silence") return;
+           transport.send(std::move(address), "to " + payload.to_string());
+         },
+         [this](const std::string& prefix, Has) { transport.publish(prefix + "x", {"hi"}); },
+         [](const Address&, const UnreadReplies::Excess&) { return std::string(); },
+         [](const std::string&) {},
+         [this](const std::string& client) {
+           transport_diary.add(!clients.empty() && client == clients.back() ? "gone" : "who?");
+         }});
   }
   ~LocalPeersOfATransport() override { transport.stop(); }
 
