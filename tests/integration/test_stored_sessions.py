@@ -140,6 +140,19 @@ def test_two_servers_do_not_share_a_folder(kept, limberd, folder):
     assert other.returncode == 1 and "another server has the folder" in other.stderr
 
 
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGKILL])
+def test_a_stream_goes_on_behind_a_restart(kept, server, sign):
+    session = server.open(small_scene(), progress=False)
+    held = session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
+    session.wait()
+    with session.stream(timeout=20) as frames:
+        assert next(frames).result.revision == 1
+        kept.end(sign)
+        kept.start()
+        held.move((0, 0.2, 0))
+        assert next(shown for shown in frames if shown.result.revision == 2).result.revision == 2
+
+
 def test_a_repeated_request_is_known_after_a_restart(kept, server):
     """A client whose reply was lost with the server repeats its request: it is not done twice."""
     session = server.open(small_scene(), session="bar", progress=False)

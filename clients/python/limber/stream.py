@@ -44,7 +44,8 @@ class SessionStream:
     """What is published of a session under one topic, oldest first: the part that streams of all sorts share.
 
     Ends when the session is closed; raises ServerUnreachable when the server is gone (ServerStopped, one of those, when it
-    was stopped in order) and ServerRestarted when it was restarted. Not for several threads at once.
+    was stopped in order) and ServerRestarted when it was restarted. Of a session that its server stores it goes on behind a
+    restart of a few seconds. Not for several threads at once.
     """
 
     def __init__(self, session: "OpenSession", topic: str, newest: Newest, timeout: float | None):
@@ -135,6 +136,8 @@ class SessionStream:
 
     def _obey(self, status: "service.SessionStatus") -> None:
         if status.state == service.SESSION_STATE_CLOSED:
+            if status.server_stopped and status.is_stored:
+                return  # another run has it again; where none comes, silence tells
             self.close()
             if status.server_stopped:
                 raise ServerStopped(f"limberd was stopped, and session {self._session.id} with it")
