@@ -118,7 +118,7 @@ def run(options):
                 waits.append(max(client.longest_wait() for client in clients))
             for client in clients:
                 client.end()
-    return {"exchanges": exchanges, "acknowledged": sum(drag.acknowledged for drag in drags),
+    return {"exchanges": exchanges, "waits_s": [round(wait, 3) for wait in waits], "acknowledged": sum(drag.acknowledged for drag in drags),
             "faults": [fault for client in clients for fault in client.faults], "longest_wait_s": max(waits)}
 
 

@@ -2,8 +2,8 @@
 
 Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
 meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
-A request is sent once more after half of its time, under the same id: limberd applies what changes something once and
-answers it again, and the first answer counts.
+A request is sent once more where the connection broke and is there again, and after half of its time, under the same id:
+limberd applies what changes something once and answers it again, and the first answer counts.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import zmq
+import zmq.utils.monitor
 from google.protobuf.message import DecodeError
 
 from . import checks
@@ -134,7 +135,8 @@ class Connection:
         # restart was reported by ServerRestarted, or a session was opened there.
         self.instance = ""
         self._ids = itertools.count(1)
-        self._pending: dict[int, futures.Future] = {}
+        # What waits for an answer, and what is sent once more for it.
+        self._pending: "dict[int, tuple[futures.Future, bytes | None]]" = {}
         self._lock = threading.Lock()
         self._closed = False
         self._last_heard = 0.0
@@ -164,7 +166,7 @@ class Connection:
         sent = time.monotonic()
         identifier, data, future = self._submit(kind, message)
         try:
-            reply = self._await(future, timeout, None if kind in SENT_ONCE else data, asks=kind == "wait")
+            reply = self._await(future, timeout, data, asks=kind == "wait")
         except futures.TimeoutError:
             self._abandon(identifier, reopen=self._last_heard < sent)
             raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
@@ -228,17 +230,19 @@ class Connection:
         self._control.close()
         self.context.destroy(linger=0)
 
-    def _submit(self, kind: str, message) -> tuple[int, bytes, futures.Future]:
+    def _submit(self, kind: str, message) -> "tuple[int, bytes | None, futures.Future]":
+        """Its number, what is sent once more, and its answer."""
         request = service.Request(version=PROTOCOL, id=next(self._ids), client=self.client, client_name=self.client_name,
                                   instance=self.instance if _needs_instance(kind, message) else "", **{kind: message})
         data = request.SerializeToString()
+        again = None if kind in SENT_ONCE else data
         future: futures.Future = futures.Future()
         with self._lock:
             if self._closed:
                 raise LimberError("CANCELLED", "this connection is closed")
-            self._pending[request.id] = future
+            self._pending[request.id] = (future, again)
             self._control.send_multipart([_SEND, data])
-        return request.id, data, future
+        return request.id, again, future
 
     def _send(self, data: bytes) -> None:
         with self._lock:
@@ -266,13 +270,21 @@ class Connection:
         control.linger = 0
         control.connect(inside)
         socket = self._open_socket()
+        connected = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_SUCCEEDED)
+        was_connected = False
         running = True
         while running:
-            # No poller object: the sockets change, and two of them are cheap to poll.
+            # No poller object: the sockets change, and three of them are cheap to poll.
             poller = zmq.Poller()
             poller.register(control, zmq.POLLIN)
             poller.register(socket, zmq.POLLIN)
+            poller.register(connected, zmq.POLLIN)
             ready = dict(poller.poll())
+            if connected in ready:
+                zmq.utils.monitor.recv_monitor_message(connected)
+                if was_connected:
+                    self._send_unanswered(socket)
+                was_connected = True
             if control in ready:
                 parts = control.recv_multipart()
                 if parts[0] == _SEND:
@@ -281,19 +293,35 @@ class Connection:
                     except zmq.Again:
                         pass  # the queue to a silent server is full: the request's deadline says so
                 elif parts[0] == _REOPEN:
+                    socket.disable_monitor()
+                    connected.close()
                     socket.close()
                     socket = self._open_socket()
+                    connected = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_SUCCEEDED)
+                    was_connected = False
                     continue
                 else:
                     running = False
             if socket in ready:
                 self._receive(socket)
+        socket.disable_monitor()
+        connected.close()
         socket.close()
         control.close()
         with self._lock:
             left, self._pending = list(self._pending.values()), {}
-        for future in left:
+        for future, _ in left:
             future.set_exception(LimberError("CANCELLED", "this connection was closed"))
+
+    def _send_unanswered(self, socket: zmq.Socket) -> None:
+        """The connection is another one: what the server had not read of the one before is lost."""
+        with self._lock:
+            unanswered = [again for _, again in self._pending.values() if again is not None]
+        for again in unanswered:
+            try:
+                socket.send(again, zmq.NOBLOCK)
+            except zmq.Again:
+                return  # half of their time sends them once more
 
     def _receive(self, socket: zmq.Socket) -> None:
         parts = socket.recv_multipart()
@@ -308,7 +336,7 @@ class Connection:
         if reply.instance and (is_adopted or not self.instance):
             self.instance = reply.instance
         with self._lock:
-            future = self._pending.pop(reply.id, None)
+            future, _ = self._pending.pop(reply.id, (None, None))
         if future is not None:
             future.set_result(reply)
 

@@ -43,8 +43,8 @@ TEST(Roles, WhoLooksChangesNothing) {
     const std::string name = proto::Request::descriptor()->FindFieldByNumber(body)->name();
     const bool reads = name.starts_with("get_") || name.starts_with("list_") || name == "wait" ||
                        name == "export" || name == "explain" || name == "look_at" ||
-                       name == "save_session" || name == "join_session" || name == "leave_session" ||
-                       name == "follow";
+                       name == "save_session" || name == "join_session" ||
+                       name == "leave_session" || name == "follow";
     EXPECT_EQ(*least_role(body) == Role::kView, reads && name != "list_allowed") << name;
   }
 }
