@@ -173,8 +173,15 @@ void Subscription::note_reply(const zmq::message_t& message) {
   if (!reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) return;
   {
     const std::lock_guard lock(mutex_);
-    if (reply.has_follow()) credit_->note(reply.follow());
-    if (reply.has_error()) refusal_ = reply.error();
+    if (reply.has_follow()) {
+      credit_->note(reply.follow());
+      is_followed_ = true;
+    }
+    // Once it has begun, a server that ends or has no room for a reply does not end it: the next
+    // handshake asks again.
+    const bool is_of_now = reply.error().code() == v1::ERROR_CODE_SHUTTING_DOWN ||
+                           reply.error().code() == v1::ERROR_CODE_LIMIT_EXCEEDED;
+    if (reply.has_error() && !(is_followed_ && is_of_now)) refusal_ = reply.error();
     cut_off_ = credit_->cut_off();
   }
   if (order_ && reply.id() >= order_->id) obeyed();

@@ -84,6 +84,7 @@ class Subscription {
   mutable std::mutex mutex_;                       // of what follows
   std::string cut_off_;
   std::optional<v1::Error> refusal_;
+  bool is_followed_ = false;  // the first answer was no refusal
   EventQueue queue_;
   std::uint64_t missed_ = 0;
   std::thread thread_;

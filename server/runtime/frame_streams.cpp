@@ -180,7 +180,6 @@ void FrameStreams::publish_changes(std::vector<proto::Frames> changes) {
 }
 
 void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
-  note_published(topic, result.sequence());
   const proto::Encoding encoding = kEncodings[topic];
   if (encoding == proto::ENCODING_SURFACE && !result.has_surface()) return;
   std::vector<StreamBytes> messages;
@@ -188,6 +187,7 @@ void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
        chunks_of(result, encoding, {0, result.frame_count()}, kChunkBytes))
     messages.push_back(message_of(result.encode(encoding, chunk)));
   hub_.transport.publish(topics_[topic], std::move(messages));
+  note_published(topic, result.sequence());  // not where it could not be encoded
 }
 
 }  // namespace limber::server

@@ -1,16 +1,23 @@
 #include "server/runtime/newest_first.h"
 
+#include <algorithm>
 #include <iterator>
-#include <optional>
 #include <utility>
+#include <vector>
 
 namespace limber::server {
 
+struct NewestFirst::Waiting {
+  std::shared_ptr<Place> place;
+  Task task;
+};
+
 class NewestFirst::Place {
  public:
-  Task task;
-  std::optional<std::list<std::shared_ptr<Place>>::iterator> at;  // none: nothing waits
+  std::vector<std::list<Waiting>::iterator> waiting;
 };
+
+NewestFirst::NewestFirst() = default;
 
 NewestFirst::~NewestFirst() {
   while (take()) {  // sessions and their tasks keep each other alive
@@ -21,21 +28,15 @@ std::shared_ptr<NewestFirst::Place> NewestFirst::place() { return std::make_shar
 
 void NewestFirst::put(const std::shared_ptr<Place>& place, Task task) {
   const std::lock_guard lock(mutex_);
-  place->task.swap(task);  // the older one goes without the lock: it may be the last of a session
-  if (place->at) {
-    waiting_.splice(waiting_.begin(), waiting_, *place->at);
-  } else {
-    waiting_.push_front(place);
-  }
-  place->at = waiting_.begin();
+  waiting_.push_front({place, std::move(task)});
+  place->waiting.push_back(waiting_.begin());
 }
 
 void NewestFirst::withdraw(const std::shared_ptr<Place>& place) {
-  Task task;  // goes without the lock
+  std::list<Waiting> gone;  // without the lock: a task may be the last to hold a session
   const std::lock_guard lock(mutex_);
-  if (!place->at) return;
-  waiting_.erase(*std::exchange(place->at, std::nullopt));
-  task = std::exchange(place->task, nullptr);
+  for (const auto& at : place->waiting) gone.splice(gone.begin(), waiting_, at);
+  place->waiting.clear();
 }
 
 NewestFirst::Task NewestFirst::take() {
@@ -44,10 +45,10 @@ NewestFirst::Task NewestFirst::take() {
   if (waiting_.empty()) return nullptr;
   const bool is_turn_of_oldest = ++taken_ % kTurnOfOldest == 0;
   const auto at = is_turn_of_oldest ? std::prev(waiting_.end()) : waiting_.begin();
-  const std::shared_ptr<Place> place = *at;
+  std::erase(at->place->waiting, at);
+  Task task = std::move(at->task);
   waiting_.erase(at);
-  place->at.reset();
-  return std::exchange(place->task, nullptr);
+  return task;
 }
 
 void NewestFirst::run_one() {

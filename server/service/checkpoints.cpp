@@ -39,6 +39,8 @@ void Checkpoints::write(Hub& hub, Record& record) {
     (void)record.keep_answer_now();
     std::string bytes = checkpoint.SerializeAsString();
     const std::uint64_t size = bytes.size();
+    if (size == 0 || size != checkpoint.ByteSizeLong())
+      throw Error(ErrorCode::kLimitExceeded, "", "the checkpoint is too large for one message");
     hub.store->keep_checkpoint({record.key().uid, checkpoint.revision(), std::move(bytes)});
     const std::lock_guard order(record.edit_order());
     edits.note_checkpoint(size, count, edit_bytes);

@@ -33,8 +33,10 @@ void FollowedStream::credit(std::uint64_t read_bytes, Clock::time_point now) {
   const std::uint64_t read = std::min(read_bytes, sent_bytes_);
   if (read <= read_bytes_) return;
   read_bytes_ = read;
+  const std::size_t before = under_way_.size();
   while (!under_way_.empty() && under_way_.front() <= read) under_way_.pop_front();
-  stalled_since_.reset();
+  // Who reads a byte now and then reads nothing.
+  if (under_way_.size() < before) stalled_since_.reset();
   note_stall(now);
 }
 

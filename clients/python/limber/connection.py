@@ -298,7 +298,7 @@ class Connection:
                     socket.close()
                     socket = self._open_socket()
                     connected = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_SUCCEEDED)
-                    was_connected = False
+                    was_connected = True  # requests of others went with the socket
                     continue
                 else:
                     running = False

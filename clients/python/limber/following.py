@@ -17,7 +17,7 @@ from google.protobuf.message import DecodeError
 
 from .connection import configure
 from .errors import LimberError, ServerUnreachable, from_message
-from .messages import follow, service, stream
+from .messages import common, follow, service, stream
 from .newest import Newest
 from .reception import Reception
 from .version import PROTOCOL
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # Credit is given again when this part of the window is read.
 _SHARE = 4
+# Once a stream has begun, a server that ends or has no room for a reply does not end it: the next handshake asks again.
+_OF_NOW = (common.ERROR_CODE_SHUTTING_DOWN, common.ERROR_CODE_LIMIT_EXCEEDED)
 # The newest reasons for which the server ended the stream are kept.
 _MOST_REASONS = 16
 
@@ -114,6 +116,8 @@ class Following(Reception):
             if reply.follow.cut_off:
                 self.cut_offs.append(reply.follow.cut_off)
         elif reply.WhichOneof("body") == "error":
+            if self._answered.is_set() and reply.error.code in _OF_NOW:
+                return
             self._refusal = from_message(reply.error)
             self.newest.close(self._refusal)
         self._answered.set()

@@ -51,6 +51,11 @@ class Newest:
             self._drop_oldest()
             self._changed.notify_all()
 
+    def begin_anew(self) -> None:
+        """What comes from now on is of another run of the server, which may number results and messages from 1."""
+        with self._changed:
+            self._newest, self._sequence = (0, -1), None
+
     def put_frames(self, sequence: int, frames: "service.Frames") -> None:
         """sequence: of the message, in its topic."""
         with self._changed:

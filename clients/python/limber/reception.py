@@ -35,6 +35,7 @@ class Reception:
         self.newest = newest
         self._session = (session.id, session.uid, session.instance)
         self._topics = (frames_topic, status_topic)
+        self._run_of_messages = session.instance
         self._lock = threading.RLock()  # the garbage collector may close what is being closed
         address = f"inproc://limber-reception-{next(_numbers)}"
         self._control = context.socket(zmq.PAIR)
@@ -110,6 +111,9 @@ class Reception:
                                         "session")
             self.newest.close(restarted if message.instance != instance else None)
             return
+        if message.instance != self._run_of_messages:
+            self._run_of_messages = message.instance
+            self.newest.begin_anew()
         kind = message.WhichOneof("payload")
         if kind == "frames" and parts[0] == frames_topic:
             self.newest.put_frames(message.sequence, message.frames)

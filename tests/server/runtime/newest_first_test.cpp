@@ -29,18 +29,20 @@ TEST_F(Newest, FirstButEveryFourthTimeTheOldest) {
   EXPECT_EQ(ran, "hgfaedcb");
 }
 
-TEST_F(Newest, TakesThePlaceOfWhatWaitsThere) {
+/// A thread was interrupted between deciding on a task and putting it.
+TEST_F(Newest, IsNotLostToAnOlderOneThatComesLate) {
   const auto first = NewestFirst::place(), second = NewestFirst::place();
   tasks.put(first, task('a'));
   tasks.put(second, task('b'));
   tasks.put(first, task('c'));
-  for (int i = 0; i < 3; ++i) tasks.run_one();
-  EXPECT_EQ(ran, "cb");
+  for (int i = 0; i < 4; ++i) tasks.run_one();
+  EXPECT_EQ(ran, "cba");
 }
 
 TEST_F(Newest, IsNotRunOnceWithdrawn) {
   const auto place = NewestFirst::place();
   tasks.withdraw(place);
+  tasks.put(place, task('a'));
   tasks.put(place, task('a'));
   tasks.withdraw(place);
   tasks.run_one();
