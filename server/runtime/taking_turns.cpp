@@ -5,7 +5,7 @@
 namespace limber::server {
 
 TakingTurns::~TakingTurns() {
-  while (take()) {  // one may be the last to hold a session, whose end puts others
+  while (take()) {  // without the lock: a task may be the last to hold a session
   }
 }
 

@@ -20,11 +20,12 @@ import tempfile
 import time
 from pathlib import Path
 
+from kills import Beams, Body, Linkage
+
 import limber
 import zmq
 from conftest import small_scene
 from design_inputs import strip_scene
-from kills import Beams, Body, Linkage
 from limber.launching import find_binary
 from limber.messages import service
 from test_restarts import Restartable

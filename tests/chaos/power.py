@@ -10,7 +10,6 @@ faults: sessions that come back as they never were, or cannot be read (none with
 
 import argparse
 import contextlib
-import json
 import os
 import random
 import shutil
@@ -23,6 +22,7 @@ import time
 from pathlib import Path
 
 from kills import Beams, Body, Linkage, work
+from reporting import give_out
 
 import limber
 from conftest import small_scene
@@ -123,9 +123,7 @@ def main():
     parser.add_argument("--json", help="file for the result")
     options = parser.parse_args()
     result = run(options.cuts, options.seed, options.outlives, options.lying)
-    print(json.dumps(result))
-    if options.json:
-        Path(options.json).write_text(json.dumps(result) + "\n")
+    give_out(result, options.json)
     is_loss = result["lost"] or result["gone"]
     return 1 if result["faults"] or (is_loss and options.outlives == "power") else 0
 

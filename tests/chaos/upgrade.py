@@ -13,7 +13,6 @@ sees nothing of what is edited later: none is wanted), for how long edits had to
 
 import argparse
 import contextlib
-import json
 import random
 import signal
 import sys
@@ -22,15 +21,14 @@ import threading
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "clients/python"), str(ROOT / "tests/integration"), str(ROOT / "tests/chaos")]
+from kills import Beams, Body, Linkage
+from reporting import give_out
 
-import limber  # noqa: E402
-from conftest import small_scene  # noqa: E402
-from design_inputs import strip_scene  # noqa: E402
-from kills import Beams, Body, Linkage  # noqa: E402
-from limber.launching import find_binary  # noqa: E402
-from test_restarts import Restartable  # noqa: E402
+import limber
+from conftest import small_scene
+from design_inputs import strip_scene
+from limber.launching import find_binary
+from test_restarts import Restartable
 
 
 class Client:
@@ -130,11 +128,9 @@ def main():
     parser.add_argument("--forward-only", action="store_true")
     parser.add_argument("--json", help="file for the result")
     options = parser.parse_args()
-    result = json.dumps(run(options))
-    print(result)
-    if options.json:
-        Path(options.json).write_text(result + "\n")
-    return 1 if json.loads(result)["faults"] else 0
+    result = run(options)
+    give_out(result, options.json)
+    return 1 if result["faults"] else 0
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ A week: --week edits of each session (one a second, eight hours on seven days); 
 
 import argparse
 import contextlib
-import json
 import os
 import signal
 import statistics
@@ -21,6 +20,7 @@ import time
 from pathlib import Path
 
 from kills import Beams, Body, Linkage
+from reporting import give_out
 
 import limber
 from conftest import small_scene
@@ -177,11 +177,9 @@ def main():
     parser.add_argument("--json", help="file for the result with all samples")
     options = parser.parse_args()
     samples, result = run(options.minutes, options.week)
-    print(json.dumps(result))
+    give_out(result, options.json, {"samples": samples})
     if options.picture:
         draw(samples, options.picture)
-    if options.json:
-        Path(options.json).write_text(json.dumps({**result, "samples": samples}) + "\n")
     return 1 if result["faults"] else 0
 
 

@@ -1,0 +1,11 @@
+"""How the scripts of this folder give out what they found."""
+
+import json
+from pathlib import Path
+
+
+def give_out(result, file, more=None):
+    """Prints `result` as one JSON object, and writes it to `file` where one is given, with what `more` adds."""
+    print(json.dumps(result))
+    if file:
+        Path(file).write_text(json.dumps({**result, **(more or {})}) + "\n")
