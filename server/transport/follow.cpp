@@ -80,9 +80,11 @@ void Transport::end_follower(const std::string& client, const std::string& reaso
 }
 
 void Transport::send_now(const Followers::Follower& follower, FollowedStream::Message& message) {
-  struct Held {
-    std::shared_ptr<const StreamBytes> bytes;
-    FollowedStream::Unwritten unwritten;
+  struct Held {  // until libzmq has written it
+    Held(std::shared_ptr<const StreamBytes> given, FollowedStream::Unwritten counted)
+        : bytes(std::move(given)), unwritten(std::move(counted)) {}
+    const std::shared_ptr<const StreamBytes> bytes;
+    const FollowedStream::Unwritten unwritten;
   };
   v1::StreamPosition position;
   position.set_sent_bytes(message.sent_bytes);
@@ -93,11 +95,9 @@ void Transport::send_now(const Followers::Follower& follower, FollowedStream::Me
       if (!router_.send(zmq::buffer(frame), kMore)) return;  // full of replies: it is missed
     }
     router_.send(zmq::buffer(message.topic), kMore);
-    auto* held = new Held{std::move(message.bytes), std::move(message.unwritten)};
-    zmq::message_t body(
-        const_cast<char*>(held->bytes->data()), held->bytes->size(),
-        [](void*, void* hint) { delete static_cast<Held*>(hint); }, held);
-    router_.send(std::move(body), kMore);
+    const auto held =
+        std::make_shared<Held>(std::move(message.bytes), std::move(message.unwritten));
+    router_.send(message_of({held, held->bytes.get()}), kMore);
     router_.send(zmq::buffer(position.SerializeAsString()), zmq::send_flags::dontwait);
     counters_.followed.fetch_add(1, std::memory_order_relaxed);
   } catch (const zmq::error_t& fault) {

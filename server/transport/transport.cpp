@@ -352,7 +352,7 @@ TopicSlots::Sent Transport::publish_now(const std::string& topic,
   // Large ones are not copied: they count as unread until libzmq lets them go.
   const auto body = [&bytes] {
     if (bytes->size() < kCopiedBytes) return zmq::message_t(bytes->data(), bytes->size());
-    return message_of(std::shared_ptr<const StreamBytes>(bytes));
+    return message_of(bytes);
   };
   auto sent = xpub_.send(zmq::buffer(topic), zmq::send_flags::sndmore | zmq::send_flags::dontwait);
   if (!sent && force == TopicSlots::Force::kYes) {
