@@ -23,10 +23,12 @@ constexpr double kSiteRidge = 1e-9;
 constexpr double kRounding = 1e-14;  // of squares: below it a component is noise
 
 /// a^T b by blocks of columns of b, on all threads.
-Eigen::MatrixXd coordinates_on(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+Eigen::MatrixXd coordinates_on(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b,
+                               const JobContext& job) {
   Eigen::MatrixXd result(a.cols(), b.cols());
   parallel_for((b.cols() + 7) / 8, 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t block = begin; block < end; ++block) {
+      job.throw_if_cancelled();
       const Index first = 8 * block, count = std::min<Index>(8, b.cols() - first);
       result.middleCols(first, count).noalias() = a.transpose() * b.middleCols(first, count);
     }
@@ -35,9 +37,11 @@ Eigen::MatrixXd coordinates_on(const Eigen::MatrixXd& a, const Eigen::MatrixXd& 
 }
 
 /// u <- u - a q, likewise.
-void take_off(const Eigen::MatrixXd& a, const Eigen::MatrixXd& q, Eigen::MatrixXd& u) {
+void take_off(const Eigen::MatrixXd& a, const Eigen::MatrixXd& q, Eigen::MatrixXd& u,
+              const JobContext& job) {
   parallel_for((u.cols() + 7) / 8, 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t block = begin; block < end; ++block) {
+      job.throw_if_cancelled();
       const Index first = 8 * block, count = std::min<Index>(8, u.cols() - first);
       u.middleCols(first, count).noalias() -= a * q.middleCols(first, count);
     }
@@ -113,8 +117,8 @@ ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
     if (shapes.model().rigid_count > 0) mean = u.rowwise().mean();
     whole += (u.colwise() - mean).squaredNorm();
   }
-  result.coordinates = coordinates_on(basis, rest);
-  take_off(basis, result.coordinates, rest);
+  result.coordinates = coordinates_on(basis, rest, job);
+  take_off(basis, result.coordinates, rest, job);
   result.columns.resize(basis.rows(), 0);
   const auto error = [&] { return whole > 0 ? std::sqrt(rest.squaredNorm() / whole) : 0.0; };
   result.error_before = result.error_after = error();
@@ -133,12 +137,13 @@ ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
                                        options.max_columns - result.columns.cols());
     if (added.cols() == 0) break;
     for (int pass = 0; pass < 2; ++pass) {  // twice: orthogonal to rounding
+      job.throw_if_cancelled();
       added -= basis * (basis.transpose() * added).eval();
       added -= result.columns * (result.columns.transpose() * added).eval();
       orthonormalise_columns(added);
     }
-    const Eigen::MatrixXd q = coordinates_on(added, rest);
-    take_off(added, q, rest);
+    const Eigen::MatrixXd q = coordinates_on(added, rest, job);
+    take_off(added, q, rest, job);
     const Index before = result.columns.cols(), rows = result.coordinates.rows();
     result.columns.conservativeResize(Eigen::NoChange, before + added.cols());
     result.columns.rightCols(added.cols()) = added;

@@ -23,6 +23,9 @@ constexpr int kWidth = static_cast<int>(Vec::size());
 /// Queries of one frame that a pass over the tets takes along: bounds the node forces it keeps.
 constexpr int kQueriesAtOnce = 8;
 
+/// Tets between two looks at whether anybody still wants the result.
+constexpr int kTetsUnheeded = 256;
+
 Vec load(const double* from) { return Vec(from, stdx::element_aligned); }
 
 int whole_registers(int count) { return (count + kWidth - 1) / kWidth * kWidth; }
@@ -204,6 +207,8 @@ class FullKinematics::Impl {
 
   [[nodiscard]] const ReducedModel& model() const { return *model_; }
 
+  void heed(Cancellation cancellation) { heeded_.cancellation = std::move(cancellation); }
+
   void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
                 std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
                 Eigen::MatrixXd* jacobian) const {
@@ -323,6 +328,7 @@ class FullKinematics::Impl {
     Vec sums[kQueriesAtOnce][3];
     for (auto& sum : sums) sum[0] = sum[1] = sum[2] = Vec(0.0);
     for (int t = 0; t < padded; t += kWidth) {
+      if (t % kTetsUnheeded == 0) heeded_.throw_if_cancelled();
       Vec shape[9], y[9];
       lanes_.load_shapes(t, shape);
       coordinates(work, t, shape, y);
@@ -384,8 +390,10 @@ class FullKinematics::Impl {
         }
       }
     }
+    heeded_.throw_if_cancelled();
     work.second.add_tets(padded, work.y.data(), work.p.data());
     pull_second(work);
+    heeded_.throw_if_cancelled();
     const Eigen::Index size = model_->coordinate_count();
     auto block = out.middleCols(size * column, size);
     block.triangularView<Eigen::Lower>() = work.pulled.topRows(size) * model_->modes;
@@ -399,6 +407,7 @@ class FullKinematics::Impl {
     const Eigen::Index modes = modes_by_node_.rows();
     work.pulled.setZero(modes, modes_by_node_.cols());
     for (int t = 0; t < lanes_.count; ++t) {
+      if (t % kTetsUnheeded == 0) heeded_.throw_if_cancelled();
       double shape[9], second[27];
       for (int c = 0; c < 9; ++c) shape[c] = lanes_.shapes[c * padded + t];
       for (int c = 0; c < 27; ++c) second[c] = work.second.second[c * padded + t];
@@ -449,6 +458,7 @@ class FullKinematics::Impl {
   std::vector<FullSite> sites_;
   mutable std::mutex base_mutex_;
   std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
+  JobContext heeded_;
 };
 
 FullKinematics::FullKinematics(const bodies::ElasticBody& body,
@@ -460,6 +470,8 @@ FullKinematics::FullKinematics(const bodies::ElasticBody& body,
 FullKinematics::~FullKinematics() = default;
 
 SiteId FullKinematics::add_site(const Site& site) { return impl_->add_site(site); }
+
+void FullKinematics::heed(Cancellation cancellation) { impl_->heed(std::move(cancellation)); }
 
 int FullKinematics::coordinate_count() const { return impl_->model().coordinate_count(); }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/kinematics.h"
@@ -34,6 +35,9 @@ class FullKinematics final : public Kinematics {
   /// Registers (or finds) a site, as ReducedKinematics: the same calls give the same ids.
   SiteId add_site(const Site& site);
   SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
+  /// From now on evaluate() and curvature() throw Error{kCancelled} within about a millisecond once
+  /// it is requested. As add_site(), not during other calls.
+  void heed(Cancellation cancellation);
 
   [[nodiscard]] int coordinate_count() const override;
   [[nodiscard]] double length() const override;

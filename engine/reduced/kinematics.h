@@ -39,6 +39,7 @@ class Kinematics {
   /// @param u        out, 3 x q: displacement from rest [m], base motion included
   /// @param jacobian out, (3 q) x R, rows 3i..3i+2 are d u_i / d z at its column [m]; nullptr: not
   /// wanted
+  /// @throws Error{kCancelled}  where its owner wants nothing of it any more; so does curvature()
   virtual void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
                         std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
                         Eigen::MatrixXd* jacobian) const = 0;

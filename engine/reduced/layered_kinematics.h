@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/job.h"
 #include "engine/reduced/full_kinematics.h"
 #include "engine/reduced/kinematics.h"
 #include "engine/reduced/reduced_model.h"
@@ -52,6 +53,9 @@ class LayeredKinematics final : public Kinematics {
   [[nodiscard]] bool has_full() const { return full_ != nullptr; }
   /// kFull needs set_full().
   void use(Level level);
+  /// What the full map evaluates, use() and anchor() included, is given up once it is requested:
+  /// FullKinematics::heed(). Needs set_full().
+  void heed(const Cancellation& cancellation);
   [[nodiscard]] Level level() const { return level_; }
   /// Null: none, and no anchors either.
   void set_shift(std::shared_ptr<const FrameShift> shift);
@@ -87,6 +91,7 @@ class LayeredKinematics final : public Kinematics {
 
   std::shared_ptr<ReducedKinematics> reduced_;
   std::unique_ptr<FullKinematics> full_;
+  JobContext heeded_;
   Level level_ = Level::kReduced;
   std::vector<Site> sites_;
   std::size_t sites_in_full_ = 0;

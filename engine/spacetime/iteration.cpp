@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/error.h"
+
 namespace limber::spacetime {
 namespace {
 
@@ -19,6 +21,18 @@ constexpr double kSuspectGrowth = 2;
 constexpr double kSameEnergy = 1e-6;
 /// ... and what has not converged may be that much away from its end.
 constexpr double kClearlyBetter = 0.9;
+
+/// @returns whether the kinematics threw Error{kCancelled}: nobody wants the rest of the work
+template <class Work>
+bool is_given_up(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled) return true;
+    throw;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -118,6 +132,16 @@ void Optimizer::weigh_exact_rows(Course& course) {
   course.exact_before = error;
 }
 
+Optimizer::Outcome Optimizer::step_on(Course& course) {
+  if (!ramping()) return advance(course);
+  ramp_step();
+  course.gradient = scaled(step_.decrement2);
+  course.previous = 0;
+  course.newton = stage_newton_;
+  chord_ = false;
+  return Outcome::kMoved;
+}
+
 SolveReport Optimizer::iterate(const JobContext& job,
                                const std::function<bool(const SolveReport&)>& on_improved) {
   Course course;
@@ -127,24 +151,17 @@ SolveReport Optimizer::iterate(const JobContext& job,
   lost_ = 0;
   slow_truncated_ = 0;
   for (int iteration = 0;; ++iteration) {
-    linearise();
     const auto ended = [&](SolveStatus status) {
       return report(status, iteration, course.gradient);
     };
+    if (is_given_up([&] { linearise(); })) return ended(SolveStatus::kImproved);
     if (job.cancellation.requested()) return ended(SolveStatus::kCancelled);
     if (iteration == options_.max_iterations) return ended(SolveStatus::kIterationLimit);
-    if (ramping()) {
-      ramp_step();
-      course.gradient = scaled(step_.decrement2);
-      course.previous = 0;
-      course.newton = stage_newton_;
-      chord_ = false;
-    } else {
-      const Outcome outcome = advance(course);
-      if (outcome == Outcome::kConverged) return ended(SolveStatus::kConverged);
-      if (outcome == Outcome::kStalled) return ended(SolveStatus::kStalled);
-      if (outcome == Outcome::kAgain) continue;
-    }
+    Outcome outcome = Outcome::kMoved;
+    if (is_given_up([&] { outcome = step_on(course); })) return ended(SolveStatus::kImproved);
+    if (outcome == Outcome::kConverged) return ended(SolveStatus::kConverged);
+    if (outcome == Outcome::kStalled) return ended(SolveStatus::kStalled);
+    if (outcome == Outcome::kAgain) continue;
     if (on_improved &&
         !on_improved(report(SolveStatus::kImproved, iteration + 1, course.gradient))) {
       return report(SolveStatus::kImproved, iteration + 1, course.gradient);
@@ -179,8 +196,12 @@ SolveReport Optimizer::challenge(const JobContext& job,
                                  const std::function<bool(const SolveReport&)>& on_improved,
                                  SolveReport answer) {
   if (!challenger_) {
-    challenger_ = std::make_shared<Optimizer>(*this);
-    challenger_->cold_start();
+    const auto challenger = std::make_shared<Optimizer>(*this);
+    if (is_given_up([&] { challenger->cold_start(); })) {
+      answer.status = SolveStatus::kImproved;
+      return answer;
+    }
+    challenger_ = challenger;
   }
   bool stopped = false;
   const SolveReport other = challenger_->iterate(job, [&](const SolveReport&) {
@@ -190,6 +211,7 @@ SolveReport Optimizer::challenge(const JobContext& job,
     return !stopped;
   });
   const int iterations = answer.iterations + other.iterations;
+  stopped = stopped || other.status == SolveStatus::kImproved;
   if (stopped || other.status == SolveStatus::kCancelled) {
     answer.status = stopped ? SolveStatus::kImproved : SolveStatus::kCancelled;
   } else {

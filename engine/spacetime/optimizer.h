@@ -105,9 +105,13 @@ class Optimizer {
   [[nodiscard]] double take();
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
 
+  /// Ends with kImproved where the kinematics throws Error{kCancelled}: what is kept is of the last
+  /// accepted iterate then, as after on_improved.
   SolveReport iterate(const JobContext& job,
                       const std::function<bool(const SolveReport&)>& on_improved);
-  /// A step behind the ramp, from where linearise() left off.
+  /// A step from where linearise() left off, on the ramp or behind it.
+  [[nodiscard]] Outcome step_on(Course& course);
+  /// One behind the ramp.
   [[nodiscard]] Outcome advance(Course& course);
   [[nodiscard]] Outcome after_no_decrease(Course& course);
   void weigh_exact_rows(Course& course);

@@ -103,7 +103,8 @@ class Solver {
   SolveReport correct();
 
   /// Iterates to convergence. `on_improved` is called after each accepted iteration (motion() is
-  /// valid inside); return false from it to stop with kImproved.
+  /// valid inside); return false from it to stop with kImproved. It stops so within an iteration,
+  /// at the last accepted one, where the kinematics throws Error{kCancelled}.
   SolveReport solve(const JobContext& job = {},
                     const std::function<bool(const SolveReport&)>& on_improved = {});
 

@@ -2,7 +2,7 @@
 
 #include <chrono>
 #include <limits>
-#include <thread>
+#include <mutex>
 #include <utility>
 
 #include "engine/base/clauses.h"
@@ -18,19 +18,28 @@ namespace {
 using spacetime::SolveStatus;
 
 // Edits of a drag are 16 ms apart.
-constexpr std::chrono::milliseconds kPause{40}, kLook{2};
+constexpr std::chrono::milliseconds kPause{40};
 // Shapes of exact results are off by less than this share of the scene's tolerance, or this.
 constexpr double kShapeShare = 0.1, kLargestShapeError = 1e-3;
 // Share of a motion by which it may have changed since the optimum from rest was compared with it.
 // Not known to be tuned: it bounds the cost, a second solve, to drags that go far.
 constexpr double kNear = 0.5;
 
-}  // namespace
+/// As long as it lives, the full map gives up what is out of date.
+class Heeding {
+ public:
+  Heeding(LiveProblem& problem, const Cancellation& cancellation) : problem_(problem) {
+    problem_.heed(cancellation);
+  }
+  ~Heeding() { problem_.heed({}); }
+  Heeding(const Heeding&) = delete;
+  Heeding& operator=(const Heeding&) = delete;
 
-void BodySession::Impl::use_level(reduced::LayeredKinematics::Level level) {
-  if (level == reduced::LayeredKinematics::Level::kFull) provide_full();
-  problem_->use(level);
-}
+ private:
+  LiveProblem& problem_;
+};
+
+}  // namespace
 
 void BodySession::Impl::provide_full() {
   if (!full_body_) {
@@ -45,11 +54,8 @@ void BodySession::Impl::provide_full() {
 /// that was interrupted, the next waits for a pause.
 bool BodySession::Impl::is_quiet() {
   if (!was_interrupted_) return true;
-  for (auto waited = Clock::duration(0); waited < kPause; waited += kLook) {
-    if (interrupt_.load(std::memory_order_relaxed)) return false;
-    std::this_thread::sleep_for(kLook);
-  }
-  return !interrupt_.load(std::memory_order_relaxed);
+  std::unique_lock lock(mutex_);
+  return !gone_out_of_date_.wait_for(lock, kPause, [this] { return out_of_date_.requested(); });
 }
 
 std::optional<spacetime::SolveReport> BodySession::Impl::polish(const Round& round,
@@ -58,28 +64,33 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(const Round& rou
   using Level = reduced::LayeredKinematics::Level;
   is_exact_ = false;
   if (options_.exactness == Exactness::kReduced || start.status == SolveStatus::kCancelled ||
-      interrupt_.load(std::memory_order_relaxed))
+      out_of_date_.requested())
     return start;
   if (start.total_energy + problem_->column_energy() <= ceiling)
     publish_motion(round, start, false);
   if (!is_quiet()) return std::nullopt;
   spacetime::Solver& solver = problem_->solver();
   const Eigen::MatrixXd before = solver.motion();
-  bool out_of_date = false;
+  bool is_out_of_date = false;
   spacetime::SolveReport report;
+  provide_full();
   try {
-    use_level(Level::kFull);
-    report = solver.solve({round.cancellation, {}}, [&](const auto& /*improved*/) {
-      out_of_date = interrupt_.load(std::memory_order_relaxed);
-      return !out_of_date;
-    });
-    use_level(Level::kReduced);
-    if (!out_of_date) problem_->anchor(spacetime::Known::kAnswer);
+    const Heeding heeding(*problem_, out_of_date_);
+    problem_->use(Level::kFull);
+    report = solver.solve({round.cancellation, {}},
+                          [&](const auto& /*improved*/) { return !out_of_date_.requested(); });
+    is_out_of_date = report.status == SolveStatus::kImproved;
+    problem_->use(Level::kReduced);
+    if (!is_out_of_date) problem_->anchor(spacetime::Known::kAnswer);
+  } catch (const Error& error) {
+    problem_->use(Level::kReduced);
+    if (error.code() != ErrorCode::kCancelled) throw;
+    is_out_of_date = true;
   } catch (...) {
     problem_->use(Level::kReduced);
     throw;
   }
-  was_interrupted_ = out_of_date && report.status == SolveStatus::kImproved;
+  was_interrupted_ = is_out_of_date;
   if (was_interrupted_) return std::nullopt;
   if (report.status ==
       SolveStatus::kCancelled) {  // what there was is an answer, if not the exact one
@@ -129,9 +140,9 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
 std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
     const Round& round, const spacetime::Material& material, const Eigen::MatrixXd& modal,
     const Eigen::MatrixXf& reduced) {
-  const JobContext job{round.cancellation, [this](const auto& /*stage*/, double /*fraction*/) {
-                         if (interrupt_.load(std::memory_order_relaxed))
-                           throw Error(ErrorCode::kCancelled, "", "an edit was quicker");
+  // An edit is noticed within a millisecond or so, who cancels can wait a little longer.
+  const JobContext job{out_of_date_, [&](const auto& /*stage*/, double /*fraction*/) {
+                         JobContext{round.cancellation, {}}.throw_if_cancelled();
                        }};
   ShowOptions options;
   options.tolerance =

@@ -100,7 +100,8 @@ void BodySession::Impl::solve_cold(std::uint64_t request) {
 }
 
 void BodySession::Impl::interrupt_round() {
-  interrupt_.store(true, std::memory_order_relaxed);
+  out_of_date_.request();
+  gone_out_of_date_.notify_all();
   check_.stop();
   choice_.stop();
   is_choosing_ = is_choice_cancelled_ = false;
@@ -133,7 +134,7 @@ BodyOrder BodySession::Impl::take_order() {
   order.cold_request = cold_taken_;
   touched_ = {};
   whole_ = cold_ = false;
-  interrupt_.store(false, std::memory_order_relaxed);
+  out_of_date_ = {};
   return order;
 }
 

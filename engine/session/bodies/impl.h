@@ -1,7 +1,7 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <deque>
 #include <limits>
 #include <memory>
@@ -171,7 +171,6 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
 
   // exact.cpp: the step behind the reduced model's answer.
   [[nodiscard]] bool is_quiet();
-  void use_level(reduced::LayeredKinematics::Level level);
   /// The exact optimum from the solver's motion, which was solved as `start` says.
   /// `start` is published first, unless its total energy is above the ceiling.
   /// @returns `start` where results are not exact; nothing where an edit made it out of date
@@ -260,7 +259,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   static constexpr std::size_t kShownKept = 4;  // bases that clients may still ask for
   std::deque<std::shared_ptr<const ShownBasis>> shown_;
   std::deque<spacetime::FrameSpan> views_;  // newest first
-  std::atomic<bool> interrupt_{false};      // the running solve is out of date
+  Cancellation out_of_date_;                // of the running round; another one for each
+  std::condition_variable gone_out_of_date_;
   ModeChoice mode_choice_;
   bool is_solving_ = false;           // a round runs, no other work
   bool is_choosing_ = false;          // a choice was begun, and is not out of date

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/job.h"
 #include "engine/reduced/layered_kinematics.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/session/bodies/edit_batch.h"
@@ -91,6 +92,8 @@ class LiveProblem {
   void provide_full(const std::function<std::unique_ptr<reduced::FullKinematics>()>& make);
   /// Corrects the reduced model by the full map at the solver's motion, which is taken up again.
   void anchor(spacetime::Known known);
+  /// See reduced::LayeredKinematics; the full map must be there.
+  void heed(const Cancellation& cancellation) { kinematics_->heed(cancellation); }
   /// See reduced::FrameShift; null: none, nor anchors. Take the solver's motion up again after it.
   void set_shift(std::shared_ptr<const reduced::FrameShift> shift);
   [[nodiscard]] const std::shared_ptr<const reduced::FrameShift>& shift() const { return shift_; }

@@ -54,7 +54,7 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
   bool out_of_date = false;
   const MaterialReport report =
       solver->solve({round.cancellation, {}}, [&](const MaterialReport& improved) {
-        out_of_date = interrupt_.load(std::memory_order_relaxed);
+        out_of_date = out_of_date_.requested();
         if (out_of_date) return false;
         if (improved.below_start && Clock::now() - published >= kPublishInterval &&
             size(solver->material().mixing, solver->motion()) <= most) {

@@ -230,7 +230,7 @@ std::string BodySession::Impl::publish_with_more_modes(const ModeFinding& findin
   spacetime::SolveReport start;
   start.total_energy = 0;
   std::optional<spacetime::SolveReport> report = polish(round, start, kUnpublished);
-  if (interrupt_.load(std::memory_order_relaxed)) return "";
+  if (out_of_date_.requested()) return "";
   if (round.cancellation.requested()) return kCancelled;
   if (!report || !is_exact_) return "the solve with them has not ended";
   std::string reason = reason_against_more_modes(before.report, *report);

@@ -241,7 +241,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::solve_motion(const Roun
   bool out_of_date = false;
   const spacetime::SolveReport report =
       solver.solve({round.cancellation, {}}, [&](const spacetime::SolveReport& improved) {
-        out_of_date = interrupt_.load(std::memory_order_relaxed);
+        out_of_date = out_of_date_.requested();
         if (out_of_date) return false;
         const bool is_low = improved.total_energy + problem_->column_energy() <= ceiling;
         if (is_low && Clock::now() - published >= kPublishInterval) {

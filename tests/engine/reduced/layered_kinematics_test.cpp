@@ -72,6 +72,28 @@ TEST(LayeredKinematics, AtAnAnchorTheReducedModelIsTheFullMapInValueAndJacobian)
   EXPECT_LT((reduced.jacobian - full.jacobian).norm(), 1e-13);
 }
 
+TEST(LayeredKinematics, FullMapIsGivenUpWhenNobodyWantsItAnyMore) {
+  Layered layered;
+  const auto full = layered.at(Level::kFull);
+  const Cancellation unwanted;
+  layered.kinematics->heed(unwanted);
+  EXPECT_EQ(layered.at(Level::kFull).u, full.u);
+  unwanted.request();
+  const Eigen::Matrix3Xd multipliers = Eigen::Matrix3Xd::Ones(3, 3);
+  Eigen::MatrixXd second;
+  EXPECT_THROW(layered.at(Level::kFull), Error);
+  EXPECT_THROW(layered.kinematics->curvature(layered.frames, layered.z, layered.queries,
+                                             multipliers, second),
+               Error);
+  EXPECT_THROW(layered.kinematics->anchor(layered.frames, layered.z, layered.queries), Error);
+  layered.kinematics->add_site({12});
+  EXPECT_THROW(layered.kinematics->use(Level::kFull), Error) << "another site of the full map";
+  layered.kinematics->use(Level::kReduced);
+  EXPECT_NO_THROW(layered.at(Level::kReduced)) << "the reduced model is quick";
+  layered.kinematics->heed({});
+  EXPECT_EQ(layered.at(Level::kFull).u, full.u);
+}
+
 TEST(LayeredKinematics, ABitAwayFromAnAnchorTheErrorIsSmaller) {
   Layered layered;
   layered.kinematics->anchor(layered.frames, layered.z, layered.queries);

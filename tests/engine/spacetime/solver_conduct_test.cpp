@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "engine/spacetime/solver.h"
 #include "tests/engine/spacetime/scenes.h"
@@ -148,6 +149,62 @@ TEST(SolverAnytime, StopsOnRequestAndContinuesLater) {
   EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
   EXPECT_GT(rounds, 3);
   EXPECT_NEAR(report.total_energy, bench.solver().solve().total_energy, 1e-6 * report.total_energy);
+}
+
+/// A body whose owner wants nothing of it any more once some evaluations were made.
+class GivenUpKinematics final : public reduced::Kinematics {
+ public:
+  explicit GivenUpKinematics(std::shared_ptr<const ChainKinematics> chain)
+      : chain_(std::move(chain)) {}
+  [[nodiscard]] int coordinate_count() const override { return chain_->coordinate_count(); }
+  [[nodiscard]] double length() const override { return chain_->length(); }
+  void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                std::span<const reduced::SiteQuery> queries, Eigen::Matrix3Xd& u,
+                Eigen::MatrixXd* jacobian) const override {
+    if (left-- == 0) throw Error(ErrorCode::kCancelled, "", "nobody wants it");
+    chain_->evaluate(frames, z, queries, u, jacobian);
+  }
+
+  mutable int left = std::numeric_limits<int>::max();  // evaluations until then
+
+ private:
+  std::shared_ptr<const ChainKinematics> chain_;
+};
+
+TEST(SolverAnytime, IsGivenUpInsideAnIterationAndContinuesLater) {
+  const Bench bench = bending_chain();
+  Solver whole = bench.solver();
+  whole.solve();
+  const Eigen::Vector3d aside(0.3, -0.2, 0.4);
+  whole.move(1, bench.constraints[0].target + aside);
+  const double best = whole.solve().total_energy;
+  Bench moved = bench;
+  moved.constraints = whole.constraints();
+  const auto kinematics = std::make_shared<GivenUpKinematics>(bench.kinematics);
+  int given_up = 0;
+  for (int after = 0;; ++after) {
+    kinematics->left = std::numeric_limits<int>::max();
+    Solver solver(kinematics, bench.dynamics, bench.timeline);
+    for (const auto& constraint : bench.constraints) solver.add(constraint);
+    solver.solve();
+    solver.move(1, bench.constraints[0].target + aside);
+    solver.correct();
+    double accepted = moved.energy(solver.motion());
+    kinematics->left = after;
+    const SolveReport report = solver.solve({}, [&](const SolveReport&) {
+      accepted = moved.energy(solver.motion());
+      return true;
+    });
+    if (report.status == SolveStatus::kConverged) break;
+    ++given_up;
+    ASSERT_EQ(report.status, SolveStatus::kImproved) << after;
+    EXPECT_LE(moved.energy(solver.motion()), accepted * (1 + 1e-9)) << after;
+    kinematics->left = std::numeric_limits<int>::max();
+    const SolveReport resumed = solver.solve();
+    EXPECT_EQ(resumed.status, SolveStatus::kConverged) << resumed.message;
+    EXPECT_NEAR(resumed.total_energy, best, 1e-6 * best) << after;
+  }
+  EXPECT_GT(given_up, 5);
 }
 
 TEST(SolverCancellation, LeavesAValidStateThatCanBeSolved) {

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/problem_mapping.h"
@@ -172,6 +174,36 @@ TEST(SessionExact, CancellingTheStepLeavesAnAnswer) {
   ASSERT_TRUE(result);
   EXPECT_TRUE(result->is_final);
   EXPECT_TRUE(result->coordinates.allFinite());
+}
+
+/// As often as edits come quicker than the exact step, it is begun and let go.
+TEST(SessionExact, AnEditLetsTheStepGoAndTheNextAnswerIsTheSame) {
+  Live undisturbed(coarse_bar());
+  ASSERT_TRUE(undisturbed.recorder->wait_final(0));
+  const auto at = [](int i) { return MoveConstraint{1, {0.02, 0.25 - 0.02 * i, 0.1}}; };
+  constexpr int kEdits = 5;
+  std::shared_ptr<const BodyResult> expected;
+  for (int i = 1; i <= kEdits; ++i) expected = undisturbed.edit({at(i)});
+  ASSERT_TRUE(expected);
+
+  Live live(coarse_bar());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  // What is published last before a final result is what the exact step begins with.
+  std::map<Revision, int> published;
+  live.recorder->hook = [&](const BodyResult& result) {
+    if (result.is_final || ++published[result.revision] != 2 || result.revision == kEdits) return;
+    live.session.edit({at(static_cast<int>(result.revision) + 1)});
+  };
+  live.session.edit({at(1)});
+  const auto result = live.recorder->wait_final(kEdits);
+  live.recorder->hook = nullptr;
+  ASSERT_TRUE(result);
+  for (const auto& earlier : live.recorder->results())
+    EXPECT_FALSE(earlier->is_final && earlier->revision > 0 && earlier->revision < kEdits);
+  EXPECT_TRUE(result->is_exact);
+  EXPECT_EQ(result->report.status, SolveStatus::kConverged) << result->report.message;
+  EXPECT_NEAR(result->report.total_energy, expected->report.total_energy,
+              1e-6 * expected->report.total_energy);
 }
 
 TEST(SessionExact, ABodyOfOneTet) {
