@@ -4,10 +4,12 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
 #include "bench/arrivals.h"
+#include "bench/background_builds.h"
 #include "bench/find_program.h"
 #include "bench/live_server.h"
 
@@ -19,6 +21,8 @@ using Clock = Arrivals::Clock;
 
 /// A result that comes later than this after its edit is missed.
 constexpr std::chrono::milliseconds kPatience{1000};
+/// A sample that takes seconds to be built.
+constexpr const char* kBuilt = "bird";
 
 /// One client, its session and what it measured.
 class Editor {
@@ -96,6 +100,8 @@ Case measure_clients(const SuiteOptions& options, Recorder& recorder, const Serv
     editors.push_back(std::make_unique<Editor>(server, sample, i));
   std::this_thread::sleep_for(std::chrono::seconds(2));  // subscriptions, checks in the background
   LiveClient operator_client(server);
+  std::optional<BackgroundBuilds> builds;
+  if (load.builders > 0) builds.emplace(server, kBuilt, load.builders);
   const auto before = info_of(operator_client);
   const auto begin = Clock::now();
   std::vector<std::thread> threads;
@@ -107,6 +113,7 @@ Case measure_clients(const SuiteOptions& options, Recorder& recorder, const Serv
   for (auto& thread : threads) thread.join();
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   const auto after = info_of(operator_client);
+  if (builds && builds->has_failed()) throw std::runtime_error("a client beside could not build");
   std::vector<double> ack, first;
   int missed = 0;
   for (const auto& editor : editors) {
@@ -119,6 +126,8 @@ Case measure_clients(const SuiteOptions& options, Recorder& recorder, const Serv
   result["scene"] = sample;
   result["clients"] = load.clients;
   result["sessions"] = load.clients;
+  result["builders"] = load.builders;
+  result["built"] = builds ? builds->built() : 0;
   result["edits"] = static_cast<int>(ack.size());
   result["edits_per_s"] = static_cast<double>(ack.size()) / seconds;
   result["ack_p50_ms"] = quantile(ack, 0.5);

@@ -13,6 +13,7 @@ struct ServiceLoad {
   int clients = 1;
   double edits_per_s = 30;  // of each
   double seconds = 20;
+  int builders = 0;  // clients besides that have one body after the other built
 };
 /// @param sample  scene of every session
 /// @param options  of limberd

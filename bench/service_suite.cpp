@@ -105,10 +105,11 @@ void service_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const Journal& journal : journals) recorder.add(measure(options, recorder, journal));
   // As they would be used: dragged by one, by a class, and looked after by an office.
   const double seconds = options.quick ? 5 : 20;
-  for (const ServiceLoad& load :
-       {ServiceLoad{1, 30, seconds}, ServiceLoad{8, 4, seconds}, ServiceLoad{64, 1, seconds}}) {
+  for (const ServiceLoad& load : {ServiceLoad{1, 30, seconds}, ServiceLoad{1, 30, seconds, 3},
+                                  ServiceLoad{8, 4, seconds}, ServiceLoad{64, 1, seconds}}) {
     for (const Journal& journal : journals) {
-      if (journal.options.empty() && load.clients > 1) continue;  // what storing costs shows at one
+      // What storing costs shows at one.
+      if (journal.options.empty() && (load.clients > 1 || load.builders > 0)) continue;
       Case row = measure_clients(options, recorder, load, "flower", journal.options);
       row["journal"] = journal.name;
       recorder.add(row);
