@@ -10,6 +10,7 @@
 #include "bench/find_program.h"
 #include "bench/live_server.h"
 #include "bench/service_clients.h"
+#include "bench/service_parked.h"
 #include "bench/suite.h"
 
 namespace limber::bench {
@@ -115,6 +116,7 @@ void service_suite(const SuiteOptions& options, Recorder& recorder) {
       recorder.add(row);
     }
   }
+  recorder.add(measure_parked(options, recorder, options.quick ? 200 : 1000));
 }
 
 }  // namespace limber::bench
