@@ -5,6 +5,7 @@
 
 #include "server/log/log.h"
 #include "server/runtime/job_guard.h"
+#include "server/service/imported_session.h"
 #include "server/service/roles.h"
 #include "server/service/service.h"
 #include "server/wire/errors.h"
@@ -178,6 +179,7 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
         fmt::format("the session is of form {}, written by limberd {}; this server reads "
                     "forms up to {}: update it",
                     stored.version(), stored.server_version(), store::Store::kWithCheckpoint));
+  demand_countable(stored);
   const auto name =
       sessions_.reserve(request.session().empty() ? stored.session() : request.session());
   const auto [record, order] = kept_.restore(name->key(), stored);
