@@ -98,12 +98,43 @@ v1::GetSessionResponse OpenSession::status_and_scene() {
 }
 
 v1::Frames OpenSession::frames(const FrameOptions& options) {
+  constexpr int kTries = 3;  // newer results may displace the one whose parts are fetched
   auto wanted = request<v1::GetFramesRequest>();
   wanted.set_encoding(options.encoding);
   wanted.set_first_frame(options.first);
   wanted.set_frame_count(options.count);
   wanted.set_final_only(options.final_only);
+  // Parts of quantised positions would have boxes of their own.
+  const bool is_divisible = options.encoding != v1::ENCODING_POSITIONS_QUANTISED;
+  for (int i = 0; is_divisible && i < kTries; ++i) {
+    try {
+      return frames_in_parts(wanted);
+    } catch (const ClientError& error) {
+      if (error.field() != "result_sequence") throw;
+    }
+  }
   return client_->call(wanted, large(*client_)).frames();
+}
+
+v1::Frames OpenSession::frames_in_parts(v1::GetFramesRequest wanted) {
+  // Answers to other requests of the client pass between two.
+  constexpr std::uint64_t kPartBytes = 2u << 20;
+  wanted.set_most_bytes(kPartBytes);
+  v1::GetFramesResponse answer = client_->call(wanted, large(*client_));
+  v1::Frames frames = std::move(*answer.mutable_frames());
+  while (answer.frames_left() > 0) {
+    wanted.set_result_sequence(frames.result().sequence());
+    wanted.set_first_frame(frames.first_frame() + frames.frame_count());
+    wanted.set_frame_count(answer.frames_left());
+    answer = client_->call(wanted, large(*client_));
+    const v1::Frames& part = answer.frames();
+    if (part.frame_count() == 0 || frames.data().shape_size() == 0)
+      throw ClientError(v1::ERROR_CODE_MALFORMED, "frames", "a part of a motion has no frames");
+    frames.set_frame_count(frames.frame_count() + part.frame_count());
+    frames.mutable_data()->set_shape(0, frames.frame_count());
+    frames.mutable_data()->mutable_data()->append(part.data().data());
+  }
+  return frames;
 }
 
 v1::GetGeometryResponse OpenSession::geometry_message(const std::string& basis_hash) {

@@ -93,6 +93,8 @@ class OpenSession {
   /// @param timeout  default: that of large answers
   v1::CloseSessionResponse close(std::optional<Milliseconds> timeout = {});
 
+  /// Those of a large motion come in parts, all of one result, and are put together; quantised
+  /// ones come whole.
   [[nodiscard]] v1::Frames frames(const FrameOptions& options = {});
   /// What decode() makes positions of coordinates with.
   /// @param basis_hash  of frames, whose basis it is then; empty: that of the newest result
@@ -116,6 +118,8 @@ class OpenSession {
   [[nodiscard]] Client& client() { return *client_; }
 
  private:
+  [[nodiscard]] v1::Frames frames_in_parts(v1::GetFramesRequest wanted);
+
   Client* client_;
   SessionReference session_;
   std::uint64_t revision_ = 0;

@@ -14,6 +14,7 @@
 #include "limber/v1/stored.pb.h"
 #include "server/runtime/attendance.h"
 #include "server/runtime/frame_streams.h"
+#include "server/runtime/frame_transfers.h"
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
 #include "server/runtime/session_memory.h"
@@ -74,6 +75,7 @@ class Record : public std::enable_shared_from_this<Record> {
   /// Frames of the newest result, or of the newest final one.
   /// @throws Error{kNotFound} once it is closed; {kFailedPrecondition} before there are any
   [[nodiscard]] virtual std::shared_ptr<const FrameSource> frames(bool final_only) const = 0;
+  [[nodiscard]] FrameTransfers& frame_transfers() { return frame_transfers_; }
   /// @throws as frames()
   [[nodiscard]] virtual proto::GetGeometryResponse geometry(
       const proto::GetGeometryRequest& request) const = 0;
@@ -221,6 +223,7 @@ class Record : public std::enable_shared_from_this<Record> {
 
   const SessionKey key_;
   const std::string name_, status_topic_;
+  FrameTransfers frame_transfers_;
   session::Progress progress_;
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   bool is_returning_ = false;

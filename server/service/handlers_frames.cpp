@@ -1,4 +1,6 @@
 // Frames and files, of sessions and of motions that jobs made.
+#include <algorithm>
+
 #include "server/service/service.h"
 #include "server/wire/errors.h"
 
@@ -17,15 +19,32 @@ proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest
 
 proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) {
   if (request.job() != 0) return get_job_frames(request);
-  const auto frames = kept_.find(request.session())->frames(request.final_only());
+  const auto record = kept_.find(request.session());
+  const std::uint64_t begun = request.result_sequence();
+  const auto now = FrameTransfers::Clock::now();
+  const auto frames = begun != 0 ? record->frame_transfers().find(begun, now)
+                                 : record->frames(request.final_only());
   const FrameRange range =
       frame_range(request.first_frame(), request.frame_count(), frames->frame_count());
   if (request.encoding() == proto::ENCODING_SURFACE && !frames->has_surface())
     throw invalid("encoding", "the session's scene names no surface");
-  demand_message_room(frames->bytes(request.encoding(), range.count));
+  // A result without a number cannot be asked for again.
+  FrameRange part = range;
+  if (request.most_bytes() != 0 && frames->sequence() != 0)
+    part.count =
+        frames_within(most_bytes_of(request), frames->bytes(request.encoding(), 1), range.count);
+  demand_message_room(frames->bytes(request.encoding(), part.count));
   proto::GetFramesResponse response;
-  *response.mutable_frames() = frames->encode(request.encoding(), range);
+  *response.mutable_frames() = frames->encode(request.encoding(), part);
+  const int left = range.count - part.count;
+  response.set_frames_left(static_cast<std::uint32_t>(left));
+  if (begun == 0 && left > 0) record->frame_transfers().begin(frames, now);
+  if (begun != 0 && left == 0) record->frame_transfers().end(begun);
   return response;
+}
+
+std::uint64_t Service::most_bytes_of(const proto::GetFramesRequest& request) const {
+  return std::min(request.most_bytes(), hub_.options.transport.message_bytes);
 }
 
 proto::GetFramesResponse Service::get_job_frames(const proto::GetFramesRequest& request) const {
@@ -36,12 +55,17 @@ proto::GetFramesResponse Service::get_job_frames(const proto::GetFramesRequest& 
                   "frames of a job come as ENCODING_POSITIONS");
   }
   if (request.final_only()) throw invalid("final_only", "a job has one motion");
+  if (request.result_sequence() != 0) throw invalid("result_sequence", "a job has one motion");
   const auto motion = hub_.jobs.motion(request.job());
   const FrameRange range =
       frame_range(request.first_frame(), request.frame_count(), motion->frame_count());
-  demand_message_room(motion->bytes(range.count));
+  FrameRange part = range;
+  if (request.most_bytes() != 0)
+    part.count = frames_within(most_bytes_of(request), motion->bytes(1), range.count);
+  demand_message_room(motion->bytes(part.count));
   proto::GetFramesResponse response;
-  *response.mutable_frames() = motion->encode(range);
+  *response.mutable_frames() = motion->encode(part);
+  response.set_frames_left(static_cast<std::uint32_t>(range.count - part.count));
   return response;
 }
 

@@ -5,6 +5,7 @@
 
 #include "server/log/log.h"
 #include "server/runtime/job_guard.h"
+#include "server/service/imported_session.h"
 #include "server/service/roles.h"
 #include "server/service/service.h"
 #include "server/wire/errors.h"
@@ -178,9 +179,10 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
         fmt::format("the session is of form {}, written by limberd {}; this server reads "
                     "forms up to {}: update it",
                     stored.version(), stored.server_version(), store::Store::kWithCheckpoint));
+  demand_countable(stored);
   const auto name =
       sessions_.reserve(request.session().empty() ? stored.session() : request.session());
-  const auto record = kept_.restore(name->key(), stored);
+  const auto [record, order] = kept_.restore(name->key(), stored);
   log::info(log::Fields{{"session", record->id()}}, "session {} restored from a file",
             record->id());
   proto::Reply reply;
@@ -189,7 +191,8 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
   response.set_uid(record->key().uid);
   response.set_kind(record->kind());
   response.set_revision(record->status().revision());
-  kept_.imported(ticket, *record, stored, std::move(reply), [this, record] { drop(record); });
+  kept_.imported(ticket, *record, stored, std::move(reply),
+                 [this, dropped = record] { drop(dropped); });
 }
 
 void Service::demand_store() const {

@@ -169,9 +169,9 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
             parked.key.name, took.count());
 }
 
-std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
-                                              const proto::StoredSession& stored,
-                                              const std::shared_ptr<Attendance>& people) {
+KeptSessions::Restored KeptSessions::restore(const SessionKey& key,
+                                             const proto::StoredSession& stored,
+                                             const std::shared_ptr<Attendance>& people) {
   const Kind& kind = kinds_.of(stored.scene(), "scene");
   proto::Scene scene = stored.scene();
   if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
@@ -183,6 +183,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   record->set_memory(opening->memory());
   record->expect_answer();
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
+  std::unique_lock order(record->edit_order());
   // The first solve finds all edits made.
   GatedExecutor gate(hub_.session_executor("returning"));  // before a client's second build
   try {
@@ -210,6 +211,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
       recall_makers(*record, stored);
     put(record);
   } catch (const std::exception& fault) {
+    order.unlock();
     gate.open();
     try {
       record->close();
@@ -220,7 +222,7 @@ std::shared_ptr<Record> KeptSessions::restore(const SessionKey& key,
   }
   guard.release();
   gate.open();
-  return record;
+  return {std::move(record), std::move(order)};
 }
 
 /// Who made the newest revisions.

@@ -67,11 +67,16 @@ class KeptSessions {
   [[nodiscard]] std::shared_ptr<Record> find(const std::string& reference);
   /// A session as one message. @throws as find()
   [[nodiscard]] proto::StoredSession load(const std::string& reference);
+  struct Restored {
+    std::shared_ptr<Record> record;
+    /// Its edit_order(): until it is let go, nobody edits or closes the session.
+    std::unique_lock<std::recursive_mutex> order;
+  };
   /// Makes a session of a stored one, under a name that is reserved for it.
-  [[nodiscard]] std::shared_ptr<Record> restore(
-      const SessionKey& key, const proto::StoredSession& stored,
-      const std::shared_ptr<Attendance>& people = nullptr);
-  /// Writes all of a session that was restored from a file.
+  [[nodiscard]] Restored restore(const SessionKey& key, const proto::StoredSession& stored,
+                                 const std::shared_ptr<Attendance>& people = nullptr);
+  /// Writes all of a session that was restored from a file. With its edit_order(), held since
+  /// before it was in the registry: what others do to it is written behind it.
   void imported(const SharedTicket& ticket, const Record& record,
                 const proto::StoredSession& stored, proto::Reply reply, std::function<void()> undo);
 

@@ -140,6 +140,7 @@ class Service {
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request);
   proto::GetFramesResponse get_job_frames(const proto::GetFramesRequest& request) const;
   proto::ExportResponse export_part(const proto::ExportRequest& request);
+  [[nodiscard]] std::uint64_t most_bytes_of(const proto::GetFramesRequest& request) const;
   void demand_message_room(std::uint64_t frame_bytes) const;
 
   // handlers_scene.cpp

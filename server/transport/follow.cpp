@@ -17,6 +17,8 @@ using namespace std::chrono_literals;
 constexpr auto kTendEvery = 100ms;
 // One that waits for shorter is only slow.
 constexpr auto kLeastStall = 1s;
+// What a connection holds is free some time after its end.
+constexpr auto kRelieveEvery = 200ms;
 
 double seconds(std::chrono::milliseconds time) {
   return std::chrono::duration<double>(time).count();
@@ -45,41 +47,63 @@ std::uint64_t Transport::sequence_of(const std::string& topic) {
 
 void Transport::pump_followers() {
   if (followers_.empty()) return;
-  followers_.pump([this](const auto& follower, auto& message) { send_now(follower, message); },
-                  Followers::Clock::now());
+  counters_.replaced.fetch_add(
+      followers_.pump(
+          [this](const auto& follower, auto& message) { return send_now(follower, message); },
+          Followers::Clock::now()),
+      std::memory_order_relaxed);
 }
 
 void Transport::tend_followers() {
   const auto now = Followers::Clock::now();
   if (followers_.empty() || now - tended_ < kTendEvery) return;
   tended_ = now;
-  for (const std::string& client : followers_.stalled(options_.stalled_after, now))
-    end_follower(client, fmt::format("it gave no credit for {:g} s while messages waited",
-                                     seconds(options_.stalled_after)));
+  for (const auto* follower : followers_.stalled(options_.stalled_after, now))
+    end_follower(*follower, fmt::format("it gave no credit for {:g} s while messages waited",
+                                        seconds(options_.stalled_after)));
   pump_followers();  // of some only the network was full
 }
 
-/// What is unread takes too much.
+/// What is unread takes too much: the one that has stalled for longest goes. Where nobody has for a
+/// second, they only read too slowly, all together: what waits for those that hold most is given
+/// up; where that is not enough, the one goes for which most is under way.
 void Transport::relieve_memory() {
   const auto now = Followers::Clock::now();
-  const std::string client = followers_.most_stalled(now);
-  if (client.empty() || followers_.of_client(client)->stream.stalled_for(now) < kLeastStall) return;
-  end_follower(client, fmt::format("all streams together left more than {} bytes unread, and this "
-                                   "one had given no credit for longest",
-                                   options_.stream_total_bytes));
+  const auto* stalled = followers_.most_stalled(now);
+  if (stalled != nullptr && stalled->stream.stalled_for(now) >= kLeastStall)
+    return end_follower(*stalled,
+                        fmt::format("all streams together left more than {} bytes unread, and this "
+                                    "one had given no credit for longest",
+                                    options_.stream_total_bytes));
+  const std::uint64_t limit = options_.stream_total_bytes;
+  while (live_.total() > limit) {
+    const std::uint64_t messages = followers_.withhold(limit);
+    if (messages == 0) break;
+    counters_.replaced.fetch_add(messages, std::memory_order_relaxed);
+  }
+  if (live_.total() <= limit || now - relieved_ < kRelieveEvery) return;
+  const auto* largest = followers_.largest(limit, now);
+  if (largest == nullptr) return;
+  relieved_ = now;
+  end_follower(*largest,
+               fmt::format("all streams together left more than {} bytes unread, and most "
+                           "of them were this one's",
+                           limit));
 }
 
-void Transport::end_follower(const std::string& client, const std::string& reason) {
-  const auto* follower = followers_.of_client(client);
+void Transport::end_follower(const Followers::Follower& follower, const std::string& reason) {
   log::warn("cut off {}, which follows streams: {}",
-            follower == nullptr || follower->name.empty() ? "a client" : follower->name, reason);
+            follower.name.empty() ? "a client" : follower.name, reason);
   counters_.cut_off.fetch_add(1, std::memory_order_relaxed);
   counters_.stalled.fetch_add(1, std::memory_order_relaxed);
-  connections_.cut_off_client(client);
-  followers_.end(client, reason);
+  // A proxy that has read everything goes on for the others behind it.
+  if (!follower.is_behind_proxy() || follower.stream.unwritten_bytes() > 0)
+    connections_.cut_off_client(follower.connection());
+  followers_.end(follower, reason);
 }
 
-void Transport::send_now(const Followers::Follower& follower, FollowedStream::Message& message) {
+Followers::Sent Transport::send_now(const Followers::Follower& follower,
+                                    FollowedStream::Message& message) {
   struct Held {  // until libzmq has written it
     Held(std::shared_ptr<const StreamBytes> given, FollowedStream::Unwritten counted)
         : bytes(std::move(given)), unwritten(std::move(counted)) {}
@@ -92,7 +116,7 @@ void Transport::send_now(const Followers::Follower& follower, FollowedStream::Me
   constexpr auto kMore = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
   try {
     for (const auto& frame : follower.address.envelope) {
-      if (!router_.send(zmq::buffer(frame), kMore)) return;  // full of replies: it is missed
+      if (!router_.send(zmq::buffer(frame), kMore)) return Followers::Sent::kFull;  // of replies
     }
     router_.send(zmq::buffer(message.topic), kMore);
     const auto held =
@@ -103,6 +127,7 @@ void Transport::send_now(const Followers::Follower& follower, FollowedStream::Me
   } catch (const zmq::error_t& fault) {
     if (fault.num() != EHOSTUNREACH) throw;  // gone: its end is told of
   }
+  return Followers::Sent::kYes;
 }
 
 }  // namespace limber::server

@@ -29,6 +29,21 @@ std::optional<FollowedStream::Message> FollowedStream::next(Clock::time_point no
                  Unwritten(unwritten_, bytes)};
 }
 
+void FollowedStream::leave_out(Message&& message, Clock::time_point now) {
+  const Message gone = std::move(message);  // with what counts it as unwritten
+  under_way_.pop_back();
+  sent_bytes_ -= gone.topic.size() + gone.bytes->size();
+  --sent_;
+  ++lost_;
+  note_stall(now);
+}
+
+std::uint64_t FollowedStream::give_up_waiting() {
+  const std::uint64_t before = left_out();
+  queue_.clear();
+  return left_out() - before;
+}
+
 void FollowedStream::credit(std::uint64_t read_bytes, Clock::time_point now) {
   const std::uint64_t read = std::min(read_bytes, sent_bytes_);
   if (read <= read_bytes_) return;

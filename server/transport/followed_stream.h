@@ -60,6 +60,11 @@ class FollowedStream {
   /// unwritten: a client may say that it has read what it has not. It counts as sent.
   [[nodiscard]] std::optional<Message> next(Clock::time_point now);
 
+  /// The newest message that next() returned could not be sent: it is left out.
+  void leave_out(Message&& message, Clock::time_point now);
+  /// Gives up what waits; one that has stalled still has. @returns the messages
+  std::uint64_t give_up_waiting();
+
   /// The client has read up to this position; one that was never reached counts as the newest.
   void credit(std::uint64_t read_bytes, Clock::time_point now);
   /// Its connection has ended: what waits is given up. What is under way counts as left out as far
@@ -70,6 +75,11 @@ class FollowedStream {
 
   [[nodiscard]] std::uint64_t waiting_bytes() const { return queue_.bytes(); }
   [[nodiscard]] std::uint64_t unread_bytes() const { return sent_bytes_ - read_bytes_; }
+  /// What this process has of it: what waits, and what is not written to the network.
+  [[nodiscard]] std::uint64_t held_bytes() const { return waiting_bytes() + unwritten_bytes(); }
+  [[nodiscard]] std::uint64_t unwritten_bytes() const {
+    return unwritten_->load(std::memory_order_relaxed);
+  }
   [[nodiscard]] std::uint64_t sent() const { return sent_; }
   /// Messages that were given up since it began.
   [[nodiscard]] std::uint64_t left_out() const { return lost_ + queue_.given_up(); }
@@ -78,8 +88,7 @@ class FollowedStream {
 
  private:
   [[nodiscard]] bool may_send() const {
-    return unread_bytes() < window_ &&
-           unwritten_->load(std::memory_order_relaxed) < window_ + last_bytes_;
+    return unread_bytes() < window_ && unwritten_bytes() < window_ + last_bytes_;
   }
   void note_stall(Clock::time_point now);
 

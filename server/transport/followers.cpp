@@ -12,25 +12,43 @@ std::string message_of_subscription(char what, const std::string& prefix) {
 
 }  // namespace
 
+std::string Followers::place_of(const Address& address) {
+  std::string place;
+  for (const std::string& frame : address.envelope)
+    place += std::to_string(frame.size()) + ':' + frame;
+  return place;
+}
+
+bool Followers::has_room(const std::string& connection) const {
+  const auto count = std::count_if(attached_.begin(), attached_.end(), [&](const auto& one) {
+    return one.second->connection() == connection;
+  });
+  return static_cast<std::size_t>(count) < kMostOfConnection;
+}
+
 Followers::Begun Followers::follow(const Address& address, Following wanted, std::uint64_t number,
                                    Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  const std::string& client = address.envelope.front();
+  const std::string place = place_of(address);
   const std::string key = address.key + '\n' + wanted.stream;
   Begun begun;
-  // A connection has one stream, a stream one connection: the newest counts.
-  if (const auto other = attached_.find(client);
+  // A place has one stream, a stream one place: the newest counts.
+  if (const auto other = attached_.find(place);
       other != attached_.end() && other->second->key != key)
     remember(detach(other), "its connection was given another stream");
-  if (const auto before = client_of_stream_.find(key);
-      before != client_of_stream_.end() && before->second != client)
+  if (const auto before = place_of_stream_.find(key);
+      before != place_of_stream_.end() && before->second != place)
     remember(detach(attached_.find(before->second)), "it came again on another connection");
 
-  auto found = attached_.find(client);
+  auto found = attached_.find(place);
   if (found != attached_.end()) {
     begun.answer.continued = true;
     found->second->stream.credit(wanted.read_bytes, now);
   } else if (!wanted.topics.empty()) {
+    if (!has_room(address.envelope.front())) {
+      begun.answer.is_taken = false;
+      return begun;
+    }
     auto follower = std::make_unique<Follower>(Follower{number,
                                                         key,
                                                         address,
@@ -43,10 +61,10 @@ Followers::Begun Followers::follow(const Address& address, Following wanted, std
       begun.answer.cut_off = std::move(known->second.reason);
       follower->stream = std::move(known->second.stream);
       follower->stream.resume(wanted.read_bytes, now);
-      remembered_.erase(known);
+      forget(known);
     }
-    found = attached_.emplace(client, std::move(follower)).first;
-    client_of_stream_[key] = client;
+    found = attached_.emplace(place, std::move(follower)).first;
+    place_of_stream_[key] = place;
   } else {
     return begun;
   }
@@ -84,35 +102,41 @@ bool Followers::want(Follower& follower, const std::vector<Following::Topic>& to
 std::unique_ptr<Followers::Follower> Followers::detach(Attached::iterator found) {
   auto follower = std::move(found->second);
   attached_.erase(found);
-  client_of_stream_.erase(follower->key);
+  place_of_stream_.erase(follower->key);
   subscriptions_.forget(follower->number);
   return follower;
 }
 
 void Followers::remember(std::unique_ptr<Follower> follower, std::string reason) {
   follower->stream.suspend();
-  remembered_.insert_or_assign(follower->key,
-                               Remembered{std::move(follower->stream), std::move(reason)});
-  remembered_order_.push_back(follower->key);
-  while (remembered_order_.size() > kMostRemembered) {
-    remembered_.erase(remembered_order_.front());
-    remembered_order_.pop_front();
-  }
+  const std::string& key = follower->key;
+  if (const auto known = remembered_.find(key); known != remembered_.end()) forget(known);
+  const auto place = remembered_order_.insert(remembered_order_.end(), key);
+  remembered_.emplace(key, Remembered{std::move(follower->stream), std::move(reason), place});
+  if (remembered_.size() > kMostRemembered) forget(remembered_.find(remembered_order_.front()));
 }
 
-void Followers::end(const std::string& client, const std::string& reason) {
+void Followers::forget(std::map<std::string, Remembered>::iterator known) {
+  remembered_order_.erase(known->second.place);
+  remembered_.erase(known);
+}
+
+void Followers::end(const Follower& follower, const std::string& reason) {
   const std::lock_guard lock(mutex_);
-  if (const auto found = attached_.find(client); found != attached_.end())
+  if (const auto found = attached_.find(place_of(follower.address)); found != attached_.end())
     remember(detach(found), reason);
 }
 
-Followers::Follower* Followers::of_client(const std::string& client) {
-  const auto found = attached_.find(client);
-  return found == attached_.end() ? nullptr : found->second.get();
+void Followers::end_connection(const std::string& connection, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  for (auto next = attached_.begin(); next != attached_.end();) {
+    const auto found = next++;
+    if (found->second->connection() == connection) remember(detach(found), reason);
+  }
 }
 
-Followers::Follower* Followers::of_number(std::uint64_t number) {
-  for (auto& [client, follower] : attached_) {
+const Followers::Follower* Followers::of_number(std::uint64_t number) const {
+  for (const auto& [place, follower] : attached_) {
     if (follower->number == number) return follower.get();
   }
   return nullptr;
@@ -122,7 +146,7 @@ std::uint64_t Followers::publish(const std::string& topic, const SharedMessages&
                                  TopicSlots::Keep keep, Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   std::uint64_t given_up = 0;
-  for (auto& [client, follower] : attached_) {
+  for (auto& [place, follower] : attached_) {
     if (!subscriptions_.is_subscribed(follower->number, topic)) continue;
     const std::uint64_t before = follower->stream.left_out();
     follower->stream.put(topic, messages, keep, now);
@@ -131,24 +155,53 @@ std::uint64_t Followers::publish(const std::string& topic, const SharedMessages&
   return given_up;
 }
 
-std::vector<std::string> Followers::stalled(Clock::duration most, Clock::time_point now) const {
-  std::vector<std::string> found;
-  for (const auto& [client, follower] : attached_) {
-    if (follower->stream.stalled_for(now) >= most) found.push_back(client);
+std::vector<const Followers::Follower*> Followers::stalled(Clock::duration most,
+                                                           Clock::time_point now) const {
+  std::vector<const Follower*> found;
+  for (const auto& [place, follower] : attached_) {
+    if (follower->stream.stalled_for(now) >= most) found.push_back(follower.get());
   }
   return found;
 }
 
-std::string Followers::most_stalled(Clock::time_point now) const {
-  std::string found;
+const Followers::Follower* Followers::most_stalled(Clock::time_point now) const {
+  const Follower* found = nullptr;
   auto longest = Clock::duration::zero();
-  for (const auto& [client, follower] : attached_) {
+  for (const auto& [place, follower] : attached_) {
     const auto stalled = follower->stream.stalled_for(now);
     if (stalled <= longest) continue;
-    found = client;
+    found = follower.get();
     longest = stalled;
   }
   return found;
+}
+
+/// The one that holds most of those that hold more than an equal share.
+template <class Condition>
+Followers::Follower* Followers::largest_of(std::uint64_t limit, const Condition& condition) const {
+  Follower* found = nullptr;
+  std::uint64_t most = limit / std::max<std::size_t>(attached_.size(), 1);
+  for (const auto& [place, follower] : attached_) {
+    const std::uint64_t held = follower->stream.held_bytes();
+    if (held <= most || !condition(*follower)) continue;
+    found = follower.get();
+    most = held;
+  }
+  return found;
+}
+
+std::uint64_t Followers::withhold(std::uint64_t limit) {
+  const std::lock_guard lock(mutex_);
+  Follower* const largest =
+      largest_of(limit, [](const Follower& one) { return one.stream.waiting_bytes() > 0; });
+  return largest == nullptr ? 0 : largest->stream.give_up_waiting();
+}
+
+const Followers::Follower* Followers::largest(std::uint64_t limit, Clock::time_point now) const {
+  const auto* stalled = largest_of(limit, [now](const Follower& one) {
+    return one.stream.stalled_for(now) > Clock::duration::zero();
+  });
+  return stalled != nullptr ? stalled : largest_of(limit, [](const Follower&) { return true; });
 }
 
 std::size_t Followers::size() const {
@@ -161,7 +214,7 @@ std::vector<FollowerUse> Followers::uses(std::size_t most, Clock::time_point now
   {
     const std::lock_guard lock(mutex_);
     all.reserve(attached_.size());
-    for (const auto& [client, follower] : attached_) {
+    for (const auto& [place, follower] : attached_) {
       const FollowedStream& stream = follower->stream;
       all.push_back({follower->client, follower->name,
                      static_cast<std::uint32_t>(follower->prefixes.size()), stream.waiting_bytes(),

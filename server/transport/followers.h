@@ -2,7 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -61,6 +61,8 @@ class Followers {
   using Clock = FollowedStream::Clock;
   /// Streams without a connection that are remembered, the newest.
   static constexpr std::size_t kMostRemembered = 1024;
+  /// Streams of one connection: those of clients behind a proxy.
+  static constexpr std::size_t kMostOfConnection = 256;
 
   struct Follower {
     std::uint64_t number = 0;  // as a subscriber (Subscriptions)
@@ -70,6 +72,13 @@ class Followers {
     std::string name;
     std::set<std::string> prefixes;
     FollowedStream stream;
+
+    /// Routing id of its connection, which may be a proxy's with others behind it.
+    [[nodiscard]] const std::string& connection() const { return address.envelope.front(); }
+    /// It came by a proxy, which added a frame of its own.
+    [[nodiscard]] bool is_behind_proxy() const {
+      return address.envelope.size() > 1 && !address.envelope[1].empty();
+    }
   };
 
   Followers(std::uint64_t queue_bytes, Subscriptions& subscriptions)
@@ -81,30 +90,50 @@ class Followers {
     /// Prefixes that are new to it, with what was read of them.
     std::vector<Following::Topic> fresh;
   };
+  /// A stream is where its requests come from, by the frames before them: clients behind one proxy
+  /// have one each.
   /// @param number  for a stream that is not there
   Begun follow(const Address& address, Following wanted, std::uint64_t number,
                Clock::time_point now);
-  [[nodiscard]] Follower* of_client(const std::string& client);
-  [[nodiscard]] Follower* of_number(std::uint64_t number);
-  /// Of the client with this routing id, where it follows. It is remembered, and told the reason
-  /// when it comes again.
-  void end(const std::string& client, const std::string& reason);
+  [[nodiscard]] const Follower* of_number(std::uint64_t number) const;
+  /// It is remembered, and told the reason when it comes again.
+  void end(const Follower& follower, const std::string& reason);
+  /// All of the connection with this routing id, in the same way.
+  void end_connection(const std::string& connection, const std::string& reason);
 
   /// Into the queues of those who want it. @returns messages that were given up for it
   std::uint64_t publish(const std::string& topic, const SharedMessages& messages,
                         TopicSlots::Keep keep, Clock::time_point now);
-  /// Sends what may be sent: @param send  is called with a follower and a message of it.
+  enum class Sent { kYes, kFull };
+  /// Sends what may be sent: @param send  is called with a follower and a message of it. One that
+  /// finds its connection full is left out, and counted; what waits behind it stays.
+  /// @returns messages that were left out
   template <class Send>
-  void pump(const Send& send, Clock::time_point now) {
+  std::uint64_t pump(const Send& send, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    for (auto& [client, follower] : attached_) {
-      while (auto message = follower->stream.next(now)) send(*follower, *message);
+    std::uint64_t left_out = 0;
+    for (auto& [place, follower] : attached_) {
+      while (auto message = follower->stream.next(now)) {
+        if (send(*follower, *message) == Sent::kYes) continue;
+        follower->stream.leave_out(std::move(*message), now);
+        ++left_out;
+        break;
+      }
     }
+    return left_out;
   }
-  /// Clients (routing ids) whose messages have been waiting without credit for this long.
-  [[nodiscard]] std::vector<std::string> stalled(Clock::duration most, Clock::time_point now) const;
-  /// The one that has been so for longest; empty: none.
-  [[nodiscard]] std::string most_stalled(Clock::time_point now) const;
+  /// Those whose messages have been waiting without credit for this long.
+  [[nodiscard]] std::vector<const Follower*> stalled(Clock::duration most,
+                                                     Clock::time_point now) const;
+  /// The one that has been so for longest; null: none.
+  [[nodiscard]] const Follower* most_stalled(Clock::time_point now) const;
+
+  /// Gives up what waits for one that holds more than an equal share of `limit`: of those for which
+  /// anything waits the one that holds most. @returns the messages that were given up
+  std::uint64_t withhold(std::uint64_t limit);
+  /// Of those that hold more than an equal share of `limit` the one that holds most, first of those
+  /// that have stalled; null: none.
+  [[nodiscard]] const Follower* largest(std::uint64_t limit, Clock::time_point now) const;
 
   [[nodiscard]] bool empty() const { return attached_.empty(); }
   [[nodiscard]] std::size_t size() const;
@@ -115,20 +144,27 @@ class Followers {
   struct Remembered {
     FollowedStream stream;
     std::string reason;
+    std::list<std::string>::iterator place;  // in remembered_order_
   };
   using Attached = std::unordered_map<std::string, std::unique_ptr<Follower>>;
+  /// Where requests with these frames come from: no two envelopes give the same.
+  [[nodiscard]] static std::string place_of(const Address& address);
+  [[nodiscard]] bool has_room(const std::string& connection) const;  // with the lock
+  template <class Condition>
+  [[nodiscard]] Follower* largest_of(std::uint64_t limit, const Condition& condition) const;
   std::unique_ptr<Follower> detach(Attached::iterator found);  // with the lock
   void remember(std::unique_ptr<Follower> follower, std::string reason);
+  void forget(std::map<std::string, Remembered>::iterator known);
   [[nodiscard]] bool want(Follower& follower, const std::vector<Following::Topic>& topics,
                           std::vector<Following::Topic>& fresh);
 
   const std::uint64_t queue_bytes_;
   Subscriptions& subscriptions_;
   mutable std::mutex mutex_;  // of what follows
-  Attached attached_;         // by routing id
-  std::map<std::string, std::string> client_of_stream_;
+  Attached attached_;         // by place_of()
+  std::map<std::string, std::string> place_of_stream_;
   std::map<std::string, Remembered> remembered_;  // by key
-  std::deque<std::string> remembered_order_;      // oldest first; some have come again
+  std::list<std::string> remembered_order_;       // of the same, the oldest first
 };
 
 }  // namespace limber::server

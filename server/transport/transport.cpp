@@ -320,8 +320,8 @@ void Transport::end_connections(const EndedConnections& ended) {
 }
 
 void Transport::end_client(const std::string& client) {
-  followers_.end(client,
-                 "its connection had ended; one without a sign of life is given up after 20 s");
+  followers_.end_connection(
+      client, "its connection had ended; one without a sign of life is given up after 20 s");
   handlers_.on_disconnected(client);
 }
 
@@ -437,7 +437,7 @@ void Transport::cut_off_displaced() {
     add(counters_.cut_off);
     const std::string reason = "all subscribers together have too many prefixes";
     if (const auto* follower = followers_.of_number(connection)) {
-      end_follower(std::string(follower->address.envelope.front()), reason);
+      end_follower(*follower, reason);
     } else if (!cut_off_local_peer(connection, reason)) {
       connections_.cut_off(connection);
     }

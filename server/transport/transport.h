@@ -43,8 +43,8 @@ struct TransportOptions {
   // Stream messages that may wait for one follower; a publication more may wait. > 0
   std::uint64_t stream_bytes = 64ull << 20;
   // And that anybody may leave unread, each counted once: beyond it each publication has the
-  // follower cut off that has stalled for longest, and a second at least, and subscribers get no
-  // large ones. > 0
+  // follower cut off that has stalled for longest, and a second at least; where none has, what
+  // waits for those that hold most is given up; and subscribers get no large ones. > 0
   std::uint64_t stream_total_bytes = 1ull << 30;
   // A follower that gives no credit for so long while messages wait is cut off. > 0
   std::chrono::milliseconds stalled_after{30'000};
@@ -159,8 +159,8 @@ class Transport {
   void pump_followers();
   void tend_followers();
   void relieve_memory();
-  void end_follower(const std::string& client, const std::string& reason);
-  void send_now(const Followers::Follower& follower, FollowedStream::Message& message);
+  void end_follower(const Followers::Follower& follower, const std::string& reason);
+  Followers::Sent send_now(const Followers::Follower& follower, FollowedStream::Message& message);
   [[nodiscard]] std::uint64_t sequence_of(const std::string& topic);
   // local_events.cpp
   void apply(LocalEvent& event);
@@ -193,7 +193,7 @@ class Transport {
   Connections connections_;  // the thread's
   LocalPeers local_peers_;   // the thread's
   Followers followers_;      // the thread's, but for what says how they do
-  Followers::Clock::time_point tended_;
+  Followers::Clock::time_point tended_, relieved_;
   std::atomic<std::uint64_t> last_local_peer_{LocalPeers::kFirstNumber};
   std::thread thread_;
   std::atomic<std::thread::id> thread_id_{};

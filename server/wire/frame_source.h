@@ -12,6 +12,10 @@ namespace limber::server {
 
 class FrameSource;
 
+/// How many of `count` frames of so many bytes each a message of at most `most_bytes` has: at least
+/// one. @pre count > 0
+[[nodiscard]] int frames_within(std::uint64_t most_bytes, std::uint64_t frame_bytes, int count);
+
 /// A range in parts of at most so many bytes in this encoding, each of at least one frame.
 [[nodiscard]] std::vector<FrameRange> chunks_of(const FrameSource& source, proto::Encoding encoding,
                                                 FrameRange range, std::uint64_t most_bytes);

@@ -263,7 +263,24 @@ def checkpoints():
     yield "body", stored_pb2.StoredCheckpoint(revision=2, body=body)
 
 
+def crafted():
+    """Sessions that nobody has exported: numbers that no server has counted to, or not given."""
+    for name, checkpoint in checkpoints():
+        checkpoint.revision = 2 ** 63 - 2
+        yield "revision_" + name, checkpoint
+    body = dict(checkpoints())["body"]
+    for field in ("next_constraint", "next_keyframe", "last_content", "last_epoch", "last_number"):
+        for number in (0, 2 ** 64 - 1):
+            checkpoint = stored_pb2.StoredCheckpoint()
+            checkpoint.CopyFrom(body)
+            setattr(checkpoint.body, field, number)
+            yield f"{field}_{'least' if number == 0 else 'most'}", checkpoint
+
+
 def stored():
+    for name, checkpoint in crafted():
+        session = stored_pb2.StoredSession(version=2, session=name, uid=5, checkpoint=checkpoint)
+        yield "crafted_" + name, b"x" + session.SerializeToString()
     for name, checkpoint in checkpoints():
         session = stored_pb2.StoredSession(version=2, session=name, uid=5, checkpoint=checkpoint)
         yield "checkpoint_" + name, b"x" + session.SerializeToString()

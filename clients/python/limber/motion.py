@@ -17,9 +17,6 @@ from .stream import SessionStream
 if TYPE_CHECKING:
     from .open_session import OpenSession
 
-# Frames that are asked for at once where messages were lost.
-FETCHED = 50_000
-
 
 @dataclass(frozen=True)
 class MotionUpdate:
@@ -95,10 +92,10 @@ class MotionStream(SessionStream):
         if sequence <= self._sequence:
             return None
         if changes.part != (self._parts if sequence == self._begun else 0):
-            return self._fetch(changes.motion_frames, missed)
+            return self._fetch(missed)
         if changes.part == 0 and (changes.base_sequence != self._sequence or self._sequence == 0):
             if changes.base_sequence != 0:
-                return self._fetch(changes.motion_frames, missed)
+                return self._fetch(missed)
             self._begin(frames)
         self._write(frames)
         self._begun, self._parts = (sequence, changes.part + 1) if changes.more else (0, 0)
@@ -112,21 +109,12 @@ class MotionStream(SessionStream):
         self._hash = frames.basis_hash
         self._sequence = 0
 
-    def _fetch(self, frames: int, missed: int) -> MotionUpdate:
-        """All frames, in parts that the server's limit on messages allows."""
-        while True:
-            parts = [self._session.raw_frames(count=min(FETCHED, frames))]
-            first, have = parts[0].result.sequence, parts[0].frame_count
-            while have < frames and parts[-1].result.sequence == first:
-                parts.append(self._session.raw_frames(have, min(FETCHED, frames - have)))
-                have += parts[-1].frame_count
-            if parts[-1].result.sequence == first:
-                break
-        self._motion = np.concatenate([arrays.to_numpy(part.data, "frames") for part in parts])
-        self._hash = parts[0].basis_hash
-        self._sequence, self._begun, self._parts = first, 0, 0
-        parts[0].frame_count = have
-        return self._update(parts[0], whole=True, missed=missed)
+    def _fetch(self, missed: int) -> MotionUpdate:
+        frames = self._session.raw_frames()
+        self._motion = np.array(arrays.to_numpy(frames.data, "frames"))
+        self._hash = frames.basis_hash
+        self._sequence, self._begun, self._parts = frames.result.sequence, 0, 0
+        return self._update(frames, whole=True, missed=missed)
 
     def _write(self, frames: "service.Frames") -> None:
         if not frames.frame_count:

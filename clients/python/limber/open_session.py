@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import arrays, browsing, checks, edits, exports, pictures, player, rendering, saving
+from . import arrays, browsing, checks, edits, exports, frame_parts, pictures, player, rendering, saving
 from .browsing import SessionPage
 from .errors import LimberError
 from .exports import Export
@@ -174,12 +174,23 @@ class OpenSession:
 
     def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
                    final: bool = False) -> "service.Frames":
-        """Frames as the server sends them."""
-        request = service.GetFramesRequest(
+        """Frames as the server sends them. Those of a large motion come in parts, all of one result, and are put together;
+        quantised ones, whose parts would have boxes of their own, come whole."""
+        if encoding == "quantised":
+            return self._call_for_frames(self._frames_request(first, count, encoding, final)).frames
+        return frame_parts.joined(self._frame_parts(first, count, encoding, final))
+
+    def _frames_request(self, first: int, count: int, encoding: str, final: bool) -> "service.GetFramesRequest":
+        return service.GetFramesRequest(
             session=self.reference, first_frame=checks.whole(first, "first_frame"),
             frame_count=checks.whole(count, "frame_count"), final_only=checks.flag(final, "final"),
             encoding=ENCODINGS[checks.one_of(encoding, ENCODINGS, "encoding")])
-        return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
+
+    def _call_for_frames(self, request: "service.GetFramesRequest") -> "service.GetFramesResponse":
+        return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout))
+
+    def _frame_parts(self, first: int, count: int, encoding: str, final: bool) -> "list[service.Frames]":
+        return frame_parts.fetch(self._call_for_frames, self._frames_request(first, count, encoding, final))
 
     def frames(self, first: int = 0, count: int = 0, encoding: str | None = None, final: bool = False) -> np.ndarray:
         """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
@@ -190,8 +201,9 @@ class OpenSession:
         """
         if encoding == "coordinates":
             return np.array(arrays.to_numpy(self.raw_frames(first, count, encoding, final).data, "frames"))
-        frames = self.raw_frames(first, count, "coordinates" if encoding is None else encoding, final)
-        return decode(frames, self.geometry_for(frames))
+        parts = self._frame_parts(first, count, "coordinates" if encoding is None else encoding, final)
+        positions = [decode(part, self.geometry_for(part)) for part in parts]
+        return positions[0] if len(positions) == 1 else np.concatenate(positions)
 
     def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:
         """Iterator over results as they are published, the newest first result at once (unless snapshot=False)."""

@@ -3,15 +3,15 @@ import { test } from "node:test";
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import {
   EditResponseSchema,
-  type Frames,
   FramesSchema,
+  GetFramesResponseSchema,
   GetGeometryResponseSchema,
   ResultInfoSchema,
   SessionStatusSchema,
 } from "../gen/limber/v1/service_pb";
 import { completed } from "../src/session/geometry";
 import { LiveSession } from "../src/session/live";
-import { wholeMotion } from "../src/session/whole_motion";
+import { type MotionPart, wholeMotion } from "../src/session/whole_motion";
 import { floats, fromFloats, fromIntegers } from "../src/wire/arrays";
 import type { Connection } from "../src/wire/connection";
 import { LimberError } from "../src/wire/errors";
@@ -68,62 +68,80 @@ test("an undo that another page's edit has overtaken says so, and the next one i
   assert.equal(live.revision, 8n);
 });
 
-/** The first frame is as large as half a part; others are of one number. */
-function frames(count: number, sequence: number): Frames {
-  const numbers = count === 1 ? 4_000_000 : count;
-  return create(FramesSchema, {
-    result: create(ResultInfoSchema, { sequence: BigInt(sequence) }),
-    frameCount: count,
+/** An answer of a server whose parts have two frames; it keeps results from `oldest` on. */
+function part(asked: MotionPart, total: number, newest: bigint, oldest = 1n) {
+  const sequence = asked.resultSequence || newest;
+  if (sequence < oldest) throw new LimberError("FAILED_PRECONDITION", "no such result any more", "result_sequence");
+  const wanted = asked.frameCount || total - asked.firstFrame;
+  const frameCount = Math.min(2, wanted);
+  const frames = create(FramesSchema, {
+    result: create(ResultInfoSchema, { sequence }),
+    firstFrame: asked.firstFrame,
+    frameCount,
     basisHash: "b",
-    data: fromFloats(new Float32Array(numbers), [count, numbers / count]),
+    data: fromFloats(new Float32Array(frameCount), [frameCount, 1]),
   });
+  return create(GetFramesResponseSchema, { frames, framesLeft: wanted - frameCount });
 }
 
-test("a long motion is of one result, and its parts are asked for again where a newer one came", async () => {
-  const asked: [number, number][] = [];
-  const parts = await wholeMotion(async (first, count) => {
-    asked.push([first, count]);
-    return frames(count, asked.length > 2 ? 2 : 1);
-  }, 8194);
-  assert.equal(
-    parts?.reduce((sum, { frameCount }) => sum + frameCount, 0),
-    8194,
+test("all parts of a long motion are of one result, though newer ones come", async () => {
+  const asked: MotionPart[] = [];
+  const parts = await wholeMotion(async (wanted) => {
+    asked.push(wanted);
+    return part(wanted, 5, BigInt(asked.length));
+  });
+  assert.deepEqual(
+    asked.map(({ firstFrame, frameCount, resultSequence }) => [firstFrame, frameCount, resultSequence]),
+    [
+      [0, 0, 0n],
+      [2, 3, 1n],
+      [4, 1, 1n],
+    ],
   );
-  assert.ok(parts?.every(({ result }) => result?.sequence === 2n));
-  assert.deepEqual(asked.slice(0, 3), [
-    [0, 1],
-    [0, 2],
-    [2, 2],
-  ]);
+  assert.deepEqual(
+    parts?.map(({ frameCount, result }) => [frameCount, result?.sequence]),
+    [
+      [2, 1n],
+      [2, 1n],
+      [1, 1n],
+    ],
+  );
 });
 
-test("where results come faster than parts, asking ends", async () => {
+test("a motion that was displaced is asked for again, until asking ends", async () => {
   let asked = 0;
-  assert.equal(await wholeMotion(async (_, count) => frames(count, ++asked), 9000), null);
+  const parts = await wholeMotion(async (wanted) => part(wanted, 4, BigInt(++asked), asked === 2 ? 2n : 1n));
+  assert.ok(parts?.every(({ result }) => result?.sequence === 3n));
+  asked = 0;
+  const none = await wholeMotion(async (wanted) => part(wanted, 4, BigInt(++asked), BigInt(asked)));
+  assert.equal(none, null);
   assert.ok(asked < 20);
+  await assert.rejects(
+    wholeMotion(async () => {
+      throw new LimberError("NOT_FOUND", "closed", "session");
+    }),
+    /closed/,
+  );
 });
 
-test("without the parts of one result, the newest final one is taken, or what is here stays", async () => {
-  const finals: boolean[] = [];
-  let sequence = 1;
+test("without the parts of one result, what is here stays", async () => {
+  let sequence = 1n;
+  let isStable = true;
   const call = async (kind: string, value: unknown): Promise<unknown> => {
     if (kind === "getGeometry") return create(GetGeometryResponseSchema, { basisHash: "b", beams: {} });
-    const { frameCount, finalOnly } = value as { frameCount: number; finalOnly: boolean };
-    finals.push(finalOnly);
-    return { frames: frames(frameCount, finalOnly ? 1 : ++sequence) };
+    return part(value as MotionPart, 7, isStable ? 1n : ++sequence, isStable ? 1n : sequence);
   };
   const streams = { subscribe: () => undefined, unsubscribe: () => undefined } as unknown as Streams;
   const live = new LiveSession({ call } as unknown as Connection, streams, { session: "s", uid: 1n });
-  live.status = create(SessionStatusSchema, { kind: "bodies", frames: 8200 });
+  live.status = create(SessionStatusSchema, { kind: "bodies", frames: 7 });
   const fetch = live as unknown as { fetchMotion(): Promise<void> };
   await fetch.fetchMotion();
   assert.equal(live.motion.sequence, 1n);
-  assert.equal(live.motion.frames, 8200);
-  finals.length = 0;
+  assert.equal(live.motion.frames, 7);
+  isStable = false;
   await fetch.fetchMotion();
   live.close();
   assert.equal(live.motion.sequence, 1n);
-  assert.ok(!finals.includes(true));
 });
 
 const geometry = (init: MessageInitShape<typeof GetGeometryResponseSchema>) => create(GetGeometryResponseSchema, init);

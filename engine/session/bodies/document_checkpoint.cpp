@@ -4,6 +4,7 @@
 #include <set>
 #include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "engine/base/error.h"
 #include "engine/session/bodies/document.h"
@@ -24,8 +25,47 @@ ChangeSteps stack_of(const std::vector<ChangeSteps::Step>& list) {
   return steps;
 }
 
-[[noreturn]] void refuse(const std::string& what) {
-  throw Error(ErrorCode::kInvalidArgument, "steps", what);
+[[noreturn]] void refuse(const std::string& what, const char* field = "steps") {
+  throw Error(ErrorCode::kInvalidArgument, field, what);
+}
+
+void demand_given(std::uint64_t number, std::uint64_t last, const char* what, const char* field) {
+  if (number <= last) return;
+  refuse(fmt::format("{} {} is there, and {} is the last that was given", what, number, last),
+         field);
+}
+
+void demand_before_next(std::uint64_t id, std::uint64_t next, const char* what, const char* field) {
+  if (id < next) return;
+  refuse(fmt::format("{} {} is there, and {} would be given next", what, id, next), field);
+}
+
+void demand_given(const ChangeSteps::Step& step, const Document::Checkpoint& checkpoint) {
+  demand_step_given(step.note, checkpoint.last_step);
+  demand_given(step.content, checkpoint.last_content, "content", "last_content");
+  for (const Change& change : *step.group) {
+    if (const auto* constraint = std::get_if<ConstraintChange>(&change)) {
+      demand_before_next(constraint->id, checkpoint.next_constraint, "constraint",
+                         "next_constraint");
+    } else if (const auto* keyframe = std::get_if<KeyframeChange>(&change)) {
+      demand_before_next(keyframe->id, checkpoint.next_keyframe, "keyframe", "next_keyframe");
+    } else if (const auto* fit = std::get_if<MaterialChange>(&change)) {
+      demand_given(fit->epoch, checkpoint.last_epoch, "fit", "last_epoch");
+    }
+  }
+}
+
+/// Names and numbers that are there were given: otherwise they would be given again.
+void demand_given(const Document::Checkpoint& checkpoint) {
+  for (const scene::Constraint& constraint : checkpoint.constraints)
+    demand_before_next(constraint.id, checkpoint.next_constraint, "constraint", "next_constraint");
+  for (const scene::Keyframe& keyframe : checkpoint.keyframes)
+    demand_before_next(keyframe.id, checkpoint.next_keyframe, "keyframe", "next_keyframe");
+  demand_given(checkpoint.content, checkpoint.last_content, "content", "last_content");
+  demand_given(checkpoint.material.epoch, checkpoint.last_epoch, "fit", "last_epoch");
+  for (const auto* steps : {&checkpoint.undo, &checkpoint.redo}) {
+    for (const ChangeSteps::Step& step : *steps) demand_given(step, checkpoint);
+  }
 }
 
 }  // namespace
@@ -86,6 +126,7 @@ void Document::demand_reachable(const Checkpoint& checkpoint) const {
     if (keyframe.id == 0 || !ids.insert(keyframe.id).second)
       refuse(fmt::format("keyframe {} is there twice", keyframe.id));
   }
+  demand_given(checkpoint);
   Document trial(*this);
   trial.load(checkpoint);
   if (trial.nodes_ > limits_.max_nodes)

@@ -106,8 +106,8 @@ class SnapshotHistory {
   Parts parts_;
 };
 
-/// Of Parts. @throws Error{kInvalidArgument} for members that do not fit each other, or more steps
-/// than undo is deep
+/// Of Parts. @throws Error{kInvalidArgument} for members that do not fit each other, more steps
+/// than undo is deep, and notes with numbers that were not given
 template <class Parts>
 void demand_history(const Parts& parts, int undo_depth) {
   const bool is_whole = parts.now && parts.undo.size() == parts.undo_notes.size() &&
@@ -118,6 +118,9 @@ void demand_history(const Parts& parts, int undo_depth) {
   if (steps > static_cast<std::size_t>(undo_depth))
     throw Error(ErrorCode::kInvalidArgument, "history",
                 fmt::format("{} steps of undo and redo, at most {}", steps, undo_depth));
+  for (const auto* notes : {&parts.undo_notes, &parts.redo_notes}) {
+    for (const StepNote& note : *notes) demand_step_given(note, parts.last_number);
+  }
 }
 
 /// Calls `visit` with each value of Parts.

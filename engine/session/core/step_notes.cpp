@@ -19,6 +19,13 @@ Error nothing_own(const char* what, const Author& others) {
 
 }  // namespace
 
+void demand_step_given(const StepNote& note, std::uint64_t last) {
+  const std::uint64_t number = std::max(note.number, note.takes_back);
+  if (number <= last) return;
+  throw Error(ErrorCode::kInvalidArgument, "last_number",
+              fmt::format("step {} is there, and {} is the last that was given", number, last));
+}
+
 StepChoice::StepChoice(std::size_t count, const NoteAt& note, Author author)
     : author_(std::move(author)) {
   // The author's own edit on top decides alone: nearly always, and then older ones are not read.

@@ -20,6 +20,10 @@ struct StepNote {
   std::uint64_t takes_back = 0;  // the number of the step that this one takes back; 0: none
 };
 
+/// @param last  the greatest number that its document has given
+/// @throws Error{kInvalidArgument, "last_number"} for one that was not given by it
+void demand_step_given(const StepNote& note, std::uint64_t last);
+
 /// Which step an Undo or Redo is about where several authors edit: their steps stand on each other,
 /// and a step below those of others is taken back by a new one on top.
 ///

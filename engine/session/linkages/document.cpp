@@ -373,6 +373,12 @@ void LinkageDocument::demand_reachable(const Checkpoint& checkpoint) const {
   for_each_snapshot(checkpoint.history, [&](const LinkageConditions& conditions) {
     const auto issues = issues_of(conditions);
     if (!issues.empty()) throw Error(issues[0].code, issues[0].field, issues[0].message);
+    for (const LinkageTarget& target : conditions.targets) {
+      if (target.id > checkpoint.last_id)
+        throw Error(ErrorCode::kInvalidArgument, "last_target",
+                    fmt::format("target {} is there, and {} is the last that was given", target.id,
+                                checkpoint.last_id));
+    }
   });
 }
 

@@ -16,6 +16,7 @@
 #include "server/kinds/bodies/checkpoint.h"
 #include "server/kinds/linkages/checkpoint.h"
 #include "server/log/log.h"
+#include "server/service/imported_session.h"
 #include "server/store/store.h"
 #include "server/wire/errors.h"
 #include "server/wire/wire_check.h"
@@ -51,6 +52,7 @@ void restore_export(std::string_view bytes) {
         server::check_wire(bytes, *proto::StoredSession::descriptor());
         if (!stored.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
           throw server::malformed("no session");
+        server::demand_countable(stored);
       }))
     return;
   restore(stored);

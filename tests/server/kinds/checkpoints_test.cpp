@@ -277,6 +277,57 @@ TYPED_TEST(ServerCheckpoints, ADragTakesLittleRoom) {
   EXPECT_LT(bytes, 300U * document.undo_count() + 100'000U);
 }
 
+/// @returns the field that is refused; empty: none
+template <class Kind, class Message>
+std::string refused_field(const Message& message) {
+  try {
+    Kind::open().demand_reachable(Kind::decode(message));
+    return "";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+    return error.field();
+  }
+}
+
+template <class Kind>
+auto edited(int edits) {
+  std::mt19937 random(5);
+  auto document = Kind::open();
+  for (int i = 0; i < edits; ++i) (void)edit<Kind>(document, random);
+  return Kind::encode(document);
+}
+
+/// Documents would give them again, to something else.
+TEST(ServerCheckpointsOfBodies, NumbersThatWereNotGivenAreRefused) {
+  const proto::StoredBody sound = edited<Bodies>(150);
+  ASSERT_EQ(refused_field<Bodies>(sound), "");
+  for (const char* counter :
+       {"next_constraint", "next_keyframe", "last_content", "last_epoch", "last_number"}) {
+    proto::StoredBody message = sound;
+    const auto* field = message.GetDescriptor()->FindFieldByName(counter);
+    ASSERT_GT(message.GetReflection()->GetUInt64(message, field), 1U) << counter;
+    message.GetReflection()->SetUInt64(&message, field, 1);
+    EXPECT_EQ(refused_field<Bodies>(message), counter);
+  }
+}
+
+TEST(ServerCheckpointsOfLinkages, NumbersThatWereNotGivenAreRefused) {
+  proto::StoredLinkage message = edited<Linkages>(150);
+  ASSERT_EQ(refused_field<Linkages>(message), "");
+  message.set_last_target(message.last_target() - 1);
+  EXPECT_EQ(refused_field<Linkages>(message), "last_target");
+  message = edited<Linkages>(150);
+  message.mutable_history()->set_last_number(1);
+  EXPECT_EQ(refused_field<Linkages>(message), "last_number");
+}
+
+TEST(ServerCheckpointsOfBeams, NumbersThatWereNotGivenAreRefused) {
+  proto::StoredBeams message = edited<Beams>(150);
+  ASSERT_EQ(refused_field<Beams>(message), "");
+  message.mutable_history()->set_last_number(1);
+  EXPECT_EQ(refused_field<Beams>(message), "last_number");
+}
+
 /// What comes from a file that somebody made is refused, or leads to a document that works.
 TYPED_TEST(ServerCheckpoints, DamagedOnesAreRefusedOrSound) {
   std::mt19937 random(3);

@@ -16,9 +16,15 @@ struct FollowersOfStreams : ::testing::Test {
   FollowAnswer follow(const std::string& client, const std::string& stream,
                       const std::vector<std::string>& topics, std::uint64_t read_bytes = 0,
                       const std::string& key = "") {
-    Following wanted{stream, {}, read_bytes, 0, 7, "name of " + client};
+    return follow_from({client}, stream, topics, read_bytes, key);
+  }
+  /// @param envelope  the frames before its requests
+  FollowAnswer follow_from(const Strings& envelope, const std::string& stream,
+                           const std::vector<std::string>& topics, std::uint64_t read_bytes = 0,
+                           const std::string& key = "") {
+    Following wanted{stream, {}, read_bytes, 0, 7, "name of " + envelope.front()};
     for (const auto& topic : topics) wanted.topics.push_back({topic, 0});
-    auto begun = followers.follow(Address{{client}, 0, 0, Role::kView, key}, wanted, ++last, kNow);
+    auto begun = followers.follow(Address{envelope, 0, 0, Role::kView, key}, wanted, ++last, kNow);
     fresh.clear();
     for (const auto& topic : begun.fresh) fresh.push_back(topic.prefix);
     return begun.answer;
@@ -31,15 +37,17 @@ struct FollowersOfStreams : ::testing::Test {
     Strings all;
     followers.pump(
         [&](const auto& follower, const auto& message) {
-          all.push_back(follower.address.envelope.front() + ":" + message.bytes->substr(0, 3));
+          all.push_back(follower.address.envelope[follower.is_behind_proxy() ? 1 : 0] + ":" +
+                        message.bytes->substr(0, 3));
           newest = message.sent_bytes;
+          return Followers::Sent::kYes;
         },
         kNow);
     std::sort(all.begin(), all.end());
     return all;
   }
   Subscriptions subscriptions;
-  Followers followers{1 << 20, subscriptions};
+  Followers followers{16 << 20, subscriptions};
   std::uint64_t last = 1000, newest = 0;
   Strings fresh;
 };
@@ -68,7 +76,7 @@ TEST_F(FollowersOfStreams, AStreamGoesOnOnAnotherConnection) {
   follow("A", "a", {"x"});
   publish("x", "one");
   ASSERT_EQ(sent(), Strings{"A:one"});
-  followers.end("A", "the reason");
+  followers.end_connection("A", "the reason");
   EXPECT_TRUE(followers.empty());
   EXPECT_FALSE(subscriptions.has_subscriber("x"));
   publish("x", "two");
@@ -87,7 +95,7 @@ TEST_F(FollowersOfStreams, TheNewestConnectionOfAStreamCounts) {
   EXPECT_NE(answer.cut_off, "");
   publish("x", "one");
   EXPECT_EQ(sent(), Strings{"B:one"});
-  followers.end("A", "late");
+  followers.end_connection("A", "late");
   EXPECT_EQ(followers.size(), 1u);
   follow("B", "another", {"x"});  // one stream a connection
   EXPECT_EQ(followers.size(), 1u);
@@ -112,9 +120,11 @@ TEST_F(FollowersOfStreams, OneThatDoesNotReadHoldsUpNobody) {
   publish("x", "thr" + large);
   EXPECT_EQ(sent(), Strings{"B:thr"});
   const auto later = kNow + std::chrono::seconds(5);
-  EXPECT_EQ(followers.stalled(std::chrono::seconds(5), later), Strings{"A"});
-  EXPECT_EQ(followers.stalled(std::chrono::seconds(6), later), Strings{});
-  EXPECT_EQ(followers.most_stalled(later), "A");
+  const auto stalled = followers.stalled(std::chrono::seconds(5), later);
+  ASSERT_EQ(stalled.size(), 1u);
+  EXPECT_EQ(stalled[0]->connection(), "A");
+  EXPECT_TRUE(followers.stalled(std::chrono::seconds(6), later).empty());
+  EXPECT_EQ(followers.most_stalled(later), stalled[0]);
   const auto uses = followers.uses(1, later);
   ASSERT_EQ(uses.size(), 1u);
   EXPECT_EQ(uses[0].name, "name of A");
@@ -127,10 +137,112 @@ TEST_F(FollowersOfStreams, OfThoseThatWentTheNewestAreRemembered) {
   for (std::size_t i = 0; i <= Followers::kMostRemembered; ++i) {
     const std::string name = std::to_string(i);
     follow(name, name, {"x"});
-    followers.end(name, "gone");
+    followers.end_connection(name, "gone");
   }
   EXPECT_FALSE(follow("again", "0", {"x"}).continued);
   EXPECT_TRUE(follow("again 1", "1", {"x"}).continued);
+}
+
+TEST_F(FollowersOfStreams, OneThatComesAgainAndAgainTakesThePlaceOfNobody) {
+  follow("A", "a", {"x"});
+  followers.end_connection("A", "gone");
+  for (std::size_t i = 0; i <= 2 * Followers::kMostRemembered; ++i) {
+    follow("B", "b", {"x"});
+    followers.end_connection("B", "gone");
+  }
+  EXPECT_TRUE(follow("A2", "a", {"x"}).continued);
+}
+
+TEST_F(FollowersOfStreams, ClientsBehindAProxyHaveAStreamEach) {
+  follow_from({"proxy", "one"}, "a", {"x"});
+  follow_from({"proxy", "two"}, "b", {"x"});
+  EXPECT_EQ(followers.size(), 2u);
+  publish("x", "new");
+  EXPECT_EQ(sent(), (Strings{"one:new", "two:new"}));
+  follow_from({"proxy", "two"}, "b", {});
+  EXPECT_EQ(followers.size(), 1u);
+  EXPECT_EQ(follow_from({"proxy", "one"}, "a", {"x"}).cut_off, "") << "nobody has displaced it";
+  followers.end_connection("proxy", "it has ended");
+  EXPECT_TRUE(followers.empty());
+  EXPECT_EQ(follow_from({"proxy 2", "one"}, "a", {"x"}).cut_off, "it has ended");
+}
+
+TEST_F(FollowersOfStreams, FramesThatAreOtherwiseDividedAreAnotherPlace) {
+  follow_from({"ab", "c"}, "a", {"x"});
+  follow_from({"a", "bc"}, "b", {"x"});
+  follow_from({"a", "b", "c"}, "c", {"x"});
+  EXPECT_EQ(followers.size(), 3u);
+}
+
+TEST_F(FollowersOfStreams, AConnectionHasNotAnyNumberOfStreams) {
+  for (std::size_t i = 0; i < Followers::kMostOfConnection; ++i)
+    ASSERT_TRUE(follow_from({"A", std::to_string(i)}, std::to_string(i), {"x"}).is_taken);
+  EXPECT_FALSE(follow_from({"A", "more"}, "more", {"x"}).is_taken);
+  EXPECT_TRUE(follow_from({"A", "0"}, "0", {"x"}).continued);
+  EXPECT_TRUE(follow_from({"B", "more"}, "more", {"x"}).is_taken);
+}
+
+TEST_F(FollowersOfStreams, WhatFindsTheConnectionFullIsCountedAsLeftOut) {
+  follow("A", "a", {"x", "y"});
+  publish("x", "one");
+  publish("y", "two");
+  const auto full = [](const auto&, const auto&) { return Followers::Sent::kFull; };
+  EXPECT_EQ(followers.pump(full, kNow), 1u) << "what waits behind it stays";
+  EXPECT_EQ(sent(), Strings{"A:two"});
+  const auto uses = followers.uses(1, kNow);
+  EXPECT_EQ(uses[0].left_out, 1u);
+  EXPECT_EQ(uses[0].sent, 1u);
+  EXPECT_EQ(uses[0].unread_bytes, std::string("ytwo").size());
+  EXPECT_EQ(follow("A", "a", {"x", "y"}, newest).left_out, 1u);
+  EXPECT_EQ(followers.uses(1, kNow)[0].unread_bytes, 0u);
+}
+
+TEST_F(FollowersOfStreams, WhatWaitsForTheLargestIsGivenUpFirst) {
+  follow("A", "a", {"x", "y"});
+  follow("B", "b", {"x"});
+  follow("C", "c", {"z"});
+  const std::string large(FollowedStream::kWindow, '.');
+  publish("x", "one" + large);
+  ASSERT_EQ(sent(), (Strings{"A:one", "B:one"}));  // the window is full
+  publish("x", "two" + large);
+  publish("y", "thr" + large);
+  publish("z", "fou");
+  const std::uint64_t limit = 3 * large.size();  // a third of it each
+  EXPECT_EQ(followers.withhold(limit), 2u);
+  EXPECT_EQ(followers.withhold(limit), 1u);
+  EXPECT_EQ(followers.withhold(limit), 0u) << "C holds little";
+  EXPECT_EQ(sent(), Strings{"C:fou"});
+  const auto uses = followers.uses(3, kNow);
+  EXPECT_EQ(uses[0].left_out + uses[1].left_out, 3u);
+  EXPECT_EQ(uses[2].left_out, 0u);
+  EXPECT_EQ(followers.largest(limit, kNow), nullptr) << "all is written";
+  const auto later = kNow + std::chrono::seconds(5);
+  EXPECT_EQ(followers.stalled(std::chrono::seconds(5), later).size(), 2u) << "they still are";
+}
+
+TEST_F(FollowersOfStreams, TheLargestIsTheOneWithMostUnwrittenOfThoseThatHaveStalledFirst) {
+  constexpr std::uint64_t kMegabyte = 1 << 20;
+  follow("A", "a", {"x"});
+  follow("B", "b", {"y"});
+  publish("x", "one" + std::string(5 * kMegabyte, '.'));
+  publish("y", "two" + std::string(6 * kMegabyte, '.'));
+  std::vector<FollowedStream::Message> unwritten;
+  followers.pump(
+      [&](const auto&, auto& message) {
+        unwritten.push_back(std::move(message));
+        return Followers::Sent::kYes;
+      },
+      kNow);
+  const auto largest = [&](std::uint64_t limit, Clock::time_point now) {
+    const auto* found = followers.largest(limit, now);
+    return found == nullptr ? "" : found->connection();
+  };
+  EXPECT_EQ(largest(2 * kMegabyte, kNow), "B");
+  EXPECT_EQ(largest(20 * kMegabyte, kNow), "") << "nobody has more than an equal share";
+  publish("x", "thr");
+  EXPECT_EQ(largest(2 * kMegabyte, kNow + std::chrono::milliseconds(1)), "A");
+  unwritten.clear();
+  EXPECT_EQ(largest(2 * kMegabyte, kNow), "");
 }
 
 TEST_F(FollowersOfStreams, TooManyPrefixesEndAStream) {

@@ -21,7 +21,7 @@ import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
 import { authors } from "./people";
 import { posesOf, restored } from "./restore";
-import { wholeMotion } from "./whole_motion";
+import { PART_BYTES, wholeMotion } from "./whole_motion";
 
 export type EditInit = MessageInitShape<typeof EditSchema>;
 
@@ -392,18 +392,11 @@ export class LiveSession {
   }
 
   /**
-   * All frames of the newest result. Where newer ones come faster than its parts, what is here stays until later; where
-   * nothing is here, the newest final one is taken, which stays longer.
+   * All frames of the newest result. Where it is displaced before its last part, what is here stays until later.
    */
   private async fetchMotion(): Promise<void> {
-    const total = this.kind === "bodies" ? (this.status?.frames ?? 1) : 0;
-    const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
-    const ask =
-      (finalOnly: boolean) =>
-      async (firstFrame: number, frameCount: number): Promise<Frames | undefined> =>
-        (await this.connection.call("getFrames", { ...wanted, firstFrame, frameCount, finalOnly })).frames;
-    let parts = await wholeMotion(ask(false), total);
-    if (!parts && this.motion.frames === 0) parts = await wholeMotion(ask(true), total);
+    const wanted = { session: this.reference, encoding: Encoding.COORDINATES, mostBytes: PART_BYTES };
+    const parts = await wholeMotion((part) => this.connection.call("getFrames", { ...wanted, ...part }));
     if (!parts) {
       this.catchUpLater();
       return;

@@ -1,37 +1,45 @@
-import type { Frames } from "../../gen/limber/v1/service_pb";
+// Motions too long for one message.
+import type { Frames, GetFramesResponse } from "../../gen/limber/v1/service_pb";
+import { LimberError } from "../wire/errors";
 
-/** Motions are fetched in parts of this many numbers. */
-const FETCHED_NUMBERS = 8_000_000;
-/** Motions up to this many frames come in one message, whatever their size. */
-const UNPROBED_FRAMES = 8192;
-/** How often newer results may come between two parts. */
+/** About so many bytes of frames come in one answer: those to edits pass between two. */
+export const PART_BYTES = 2n << 20n;
+/** How often newer results may displace the one whose parts are fetched. */
 const TRIES = 3;
 
-/** Asks for some frames of the newest result; count 0: to the last. */
-export type AskFrames = (firstFrame: number, frameCount: number) => Promise<Frames | undefined>;
+/** What of a motion is asked for. frameCount 0: to the last; resultSequence 0: of the newest result. */
+export interface MotionPart {
+  firstFrame: number;
+  frameCount: number;
+  resultSequence: bigint;
+}
+export type AskFrames = (part: MotionPart) => Promise<GetFramesResponse>;
 
 /**
- * All frames of one result, in parts that are of the same one. total: frames of the motion; 0: not known, then it comes
- * in one message. null: each time a newer result came between two parts, or there is none.
+ * All frames of one result, in parts. null: each time the server no longer had that result before its last part, or there
+ * is none.
  */
-export async function wholeMotion(ask: AskFrames, total: number): Promise<Frames[] | null> {
+export async function wholeMotion(ask: AskFrames): Promise<Frames[] | null> {
   for (let attempt = 0; attempt < TRIES; attempt++) {
-    let step = total;
-    if (total > UNPROBED_FRAMES) {
-      const numbers = ((await ask(0, 1))?.data?.data.byteLength ?? 4) / 4;
-      step = Math.max(1, Math.floor(FETCHED_NUMBERS / Math.max(1, numbers)));
+    try {
+      return await partsOfOneResult(ask);
+    } catch (error) {
+      if (!(error instanceof LimberError && error.field === "result_sequence")) throw error;
     }
-    const parts: Frames[] = [];
-    let at = 0;
-    let isOfOne = true;
-    do {
-      const frames = await ask(at, total > step ? Math.min(step, total - at) : 0);
-      if (!frames) return null;
-      parts.push(frames);
-      at += frames.frameCount;
-      isOfOne = frames.result?.sequence === parts[0]?.result?.sequence && frames.frameCount > 0;
-    } while (isOfOne && total > step && at < total);
-    if (isOfOne) return parts;
   }
   return null;
+}
+
+async function partsOfOneResult(ask: AskFrames): Promise<Frames[] | null> {
+  const parts: Frames[] = [];
+  const next: MotionPart = { firstFrame: 0, frameCount: 0, resultSequence: 0n };
+  do {
+    const { frames, framesLeft } = await ask({ ...next });
+    if (!frames) return null;
+    parts.push(frames);
+    next.firstFrame += frames.frameCount;
+    next.frameCount = framesLeft;
+    next.resultSequence = frames.result?.sequence ?? 0n;
+  } while (next.frameCount > 0);
+  return parts;
 }

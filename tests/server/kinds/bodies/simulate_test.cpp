@@ -95,6 +95,14 @@ TEST_F(ServerSimulations, FramesComeInPartsAndAreBounded) {
   EXPECT_EQ(frames(job, 5, 16).error().field(), "frame_count");
   proto::Request request;
   request.mutable_get_frames()->set_job(job);
+  request.mutable_get_frames()->set_first_frame(2);
+  request.mutable_get_frames()->set_most_bytes(3 * 12 * kNodes + 1);
+  const auto part = client.call(request).get_frames();
+  EXPECT_EQ(matrix_of(part.frames()), all.middleCols(2, 3));
+  EXPECT_EQ(part.frames_left(), 15u);
+  request.mutable_get_frames()->set_result_sequence(1);
+  EXPECT_EQ(client.call(request).error().field(), "result_sequence");
+  request.mutable_get_frames()->clear_result_sequence();
   request.mutable_get_frames()->set_encoding(proto::ENCODING_COORDINATES);
   EXPECT_EQ(client.call(request).error().field(), "encoding");
   request.mutable_get_frames()->clear_encoding();

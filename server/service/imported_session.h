@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+
+#include "limber/v1/stored.pb.h"
+
+namespace limber::server {
+
+/// Revisions, ids and other counters of an imported session are below: what counts on from there
+/// is a number for SQLite and for pages, however long the session lives.
+inline constexpr std::uint64_t kMostImportedNumber = std::uint64_t{1} << 53u;
+
+/// Of what a session continues from: numbers that no server has counted to. What documents count
+/// with is checked where they begin (demand_reachable).
+/// @throws Refusal INVALID_ARGUMENT naming the field, e.g. content.checkpoint.body.next_constraint
+void demand_countable(const proto::StoredSession& stored);
+
+}  // namespace limber::server
