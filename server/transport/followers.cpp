@@ -44,6 +44,7 @@ Followers::Begun Followers::follow(const Address& address, Following wanted, std
       follower->stream = std::move(known->second.stream);
       follower->stream.resume(wanted.read_bytes, now);
       remembered_.erase(known);
+      std::erase(remembered_order_, key);
     }
     found = attached_.emplace(client, std::move(follower)).first;
     client_of_stream_[key] = client;

@@ -128,7 +128,7 @@ class Followers {
   Attached attached_;         // by routing id
   std::map<std::string, std::string> client_of_stream_;
   std::map<std::string, Remembered> remembered_;  // by key
-  std::deque<std::string> remembered_order_;      // oldest first; some have come again
+  std::deque<std::string> remembered_order_;      // their keys, oldest first
 };
 
 }  // namespace limber::server

@@ -133,6 +133,17 @@ TEST_F(FollowersOfStreams, OfThoseThatWentTheNewestAreRemembered) {
   EXPECT_TRUE(follow("again 1", "1", {"x"}).continued);
 }
 
+TEST_F(FollowersOfStreams, OneThatComesAndGoesTakesTheMemoryOfNoOther) {
+  follow("B", "b", {"x"});
+  followers.end("B", "b is gone");
+  for (std::size_t i = 0; i <= Followers::kMostRemembered; ++i) {
+    follow("A", "a", {"x"});
+    followers.end("A", "a is gone");
+  }
+  EXPECT_EQ(follow("B", "b", {"x"}).cut_off, "b is gone");
+  EXPECT_EQ(follow("A", "a", {"x"}).cut_off, "a is gone");
+}
+
 TEST_F(FollowersOfStreams, TooManyPrefixesEndAStream) {
   Strings many(Subscriptions::kMaxOfOne + 1);
   for (std::size_t i = 0; i < many.size(); ++i) many[i] = std::to_string(i);
