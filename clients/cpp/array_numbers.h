@@ -24,8 +24,11 @@ std::vector<Number> numbers(const v1::Array& array, v1::DataType type, int dimen
   };
   if (array.type() != type || array.shape_size() != dimensions)
     throw malformed(" are not of the type and dimension expected");
-  std::size_t count = 1;
+  // Without rows it does not matter how long they would be.
+  const bool is_empty = dimensions > 0 && array.shape(0) == 0;
+  std::size_t count = is_empty ? 0 : 1;
   for (const auto extent : array.shape()) {
+    if (is_empty) break;
     // Lengths come from bytes received, so no count beyond their number makes sense.
     if (extent > array.data().size()) throw malformed(" are shorter than their shape says");
     count *= extent;

@@ -105,7 +105,9 @@ void replace_file(const fs::path& file, const File& folder, const std::string& t
 
 bool is_curve_key(const std::string& text) {
   std::array<std::uint8_t, 32> raw{};
-  return text.size() == kKeyDigits && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
+  // libzmq reads up to a zero byte.
+  return text.size() == kKeyDigits && text.find('\0') == std::string::npos &&
+         zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
 }
 
 /// '#' is a Z85 digit too: the first word is a key where it can be one.

@@ -19,14 +19,6 @@ namespace {
 
 constexpr std::size_t kKeyLength = 40;
 
-/// The first word of the first line.
-std::string first_word(const std::string& text) {
-  std::istringstream words(text.substr(0, text.find('\n')));
-  std::string word;
-  words >> word;
-  return word;
-}
-
 /// With those above it that are missing.
 void make_private_folder(const std::filesystem::path& folder) {
   std::error_code ignored;
@@ -57,10 +49,7 @@ std::string read_secret(const std::filesystem::path& path) {
         fmt::format("others than its owner may read this secret key (mode {:03o}): chmod 600 {}",
                     status.st_mode & 0777u, path.string()));
   }
-  std::string key = first_word(scene::read_bytes(path));
-  if (!is_curve_key(key))
-    throw Error(ErrorCode::kInvalidArgument, path.string(), "is not a Z85 key of 40 characters");
-  return key;
+  return curve_key_of(scene::read_bytes(path), path.string());
 }
 
 }  // namespace
@@ -77,6 +66,15 @@ void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys) 
   make_private_folder(path.parent_path());
   write_new_file(path.string() + ".pub", keys.public_key + "\n", 0644);
   write_new_file(path, keys.secret_key + "\n", 0600);
+}
+
+std::string curve_key_of(const std::string& text, const std::string& file) {
+  std::istringstream words(text.substr(0, text.find('\n')));
+  std::string key;
+  words >> key;
+  if (!is_curve_key(key))
+    throw Error(ErrorCode::kInvalidArgument, file, "is not a Z85 key of 40 characters");
+  return key;
 }
 
 AllowedKeys read_allowed_keys(const std::filesystem::path& file) {

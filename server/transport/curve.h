@@ -31,6 +31,11 @@ void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys);
 /// @throws Error{kIo, kInvalidArgument} naming the file and line
 [[nodiscard]] AllowedKeys read_allowed_keys(const std::filesystem::path& file);
 
+/// The key that a file of one has in its first line, before white space.
+/// @param file  for errors
+/// @throws Error{kInvalidArgument} naming the file
+[[nodiscard]] std::string curve_key_of(const std::string& text, const std::string& file);
+
 /// @param secret_file  one Z85 key; refused if others than the owner may read it
 /// @param allow_file   see read_allowed_keys()
 /// @throws Error{kIo, kInvalidArgument} naming the file and line

@@ -32,6 +32,19 @@ std::string make_token() {
   return token;
 }
 
+std::string token_of(const std::string& text, const std::string& file) {
+  if (text.empty()) throw Error(ErrorCode::kIo, file, "cannot be read, or is empty");
+  std::string token = text.substr(0, text.find('\n'));
+  if (!token.empty() && token.back() == '\r') token.pop_back();
+  if (token.size() < kShortest || token.size() > kLongest ||
+      !std::all_of(token.begin(), token.end(), is_token_character))
+    throw Error(
+        ErrorCode::kInvalidArgument, file,
+        fmt::format("the token is {} to {} characters of A-Z a-z 0-9 - _, in the first line",
+                    kShortest, kLongest));
+  return token;
+}
+
 std::string read_token(const std::filesystem::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
@@ -40,17 +53,9 @@ std::string read_token(const std::filesystem::path& file) {
     throw Error(ErrorCode::kInvalidArgument, file.string(),
                 fmt::format("others than its owner may read it: chmod 600 {}", file.string()));
   std::ifstream in(file);
-  std::string token;
-  if (!std::getline(in, token) && token.empty())
-    throw Error(ErrorCode::kIo, file.string(), "cannot be read, or is empty");
-  if (!token.empty() && token.back() == '\r') token.pop_back();
-  if (token.size() < kShortest || token.size() > kLongest ||
-      !std::all_of(token.begin(), token.end(), is_token_character))
-    throw Error(
-        ErrorCode::kInvalidArgument, file.string(),
-        fmt::format("the token is {} to {} characters of A-Z a-z 0-9 - _, in the first line",
-                    kShortest, kLongest));
-  return token;
+  std::string line;
+  std::getline(in, line);
+  return token_of(line, file.string());
 }
 
 Tokens::Tokens(const std::string& token) {

@@ -13,8 +13,12 @@ namespace limber::server::web {
 /// 128 random bits as hexadecimal digits.
 [[nodiscard]] std::string make_token();
 
-/// @param file  one line of 16 to 128 characters of A-Z a-z 0-9 - _; refused if others than the
-/// owner may read it
+/// What a file of a token says: in its first line 16 to 128 characters of A-Z a-z 0-9 - _.
+/// @param file  for errors
+/// @throws Error{kIo, kInvalidArgument} naming the file
+[[nodiscard]] std::string token_of(const std::string& text, const std::string& file);
+
+/// @param file  see token_of(); refused if others than the owner may read it
 /// @throws Error{kIo, kInvalidArgument} naming the file
 [[nodiscard]] std::string read_token(const std::filesystem::path& file);
 

@@ -50,6 +50,18 @@ TEST(Frames, CoordinatesAreRestPlusBasisTimesCoordinates) {
             (std::vector<float>{1, 3, 5, 8, 9, 11, -1.5, -2.5, -3.5, -3.5, -5.5, -6.5}));
 }
 
+TEST(Frames, NoneAreNone) {
+  v1::Frames frames;
+  frames.set_encoding(v1::ENCODING_POSITIONS_QUANTISED);
+  *frames.mutable_data() = array<std::uint16_t>(v1::DATA_TYPE_UINT16, {0, 5, 3}, {});
+  const auto positions = decode(frames, nullptr);
+  EXPECT_EQ(positions.frames, 0U);
+  EXPECT_EQ(positions.nodes, 5U);
+  EXPECT_TRUE(positions.values.empty());
+  *frames.mutable_data() = array<std::uint16_t>(v1::DATA_TYPE_UINT16, {5, 0, 3}, {});
+  EXPECT_EQ(refusal([&] { (void)decode(frames, nullptr); }).code(), v1::ERROR_CODE_MALFORMED);
+}
+
 TEST(Frames, ShapesThatLieAreRefused) {
   auto geo = geometry();
   auto frames = coordinate_frames();

@@ -14,7 +14,7 @@ sys.path[:0] = [str(ROOT / "clients/python"), str(ROOT / "tests/integration")]
 import limber  # noqa: E402
 from google.protobuf import json_format  # noqa: E402
 from google.protobuf.descriptor import FieldDescriptor as Field  # noqa: E402
-from limber.v1 import beam_structure_pb2, scene_pb2, service_pb2, stored_pb2  # noqa: E402
+from limber.v1 import beam_structure_pb2, common_pb2, follow_pb2, scene_pb2, service_pb2, stored_pb2  # noqa: E402
 
 SEPARATOR = b"\n%%%\n"
 DATA = ROOT / "tests/engine/scene/data"
@@ -301,8 +301,92 @@ def stored():
         yield "rows_" + name, SEPARATOR.join(rows)
 
 
+def models():
+    def matrix(rows, columns):
+        return struct.pack("<QQ", rows, columns) + struct.pack("<d", 0.5) * (rows * columns)
+
+    def model(nodes, rigid, modes, basis, tets):
+        report = bytes(8 * 8) + struct.pack("<Bii", 1, 1, 4) + struct.pack("<Bd", 1, 0.25) * 2 + struct.pack("<Q", 3) + b"met"
+        return (struct.pack("<idii", nodes, 2.0, rigid, 0) + matrix(modes, 1) + matrix(3 * nodes, modes) +
+                matrix(3 * nodes, basis) + struct.pack("<Q", tets) + struct.pack("<i", 1) * tets + matrix(9 * tets, modes) +
+                matrix(basis, 9 * tets) + matrix(basis, modes) + report)
+
+    yield "held", model(2, 0, 2, 3, 1)
+    yield "free", model(1, 6, 7, 3, 1)
+    yield "no_basis", model(1, 0, 1, 0, 0)
+    yield "damaged", b"limberRS" + struct.pack("<IQ", 8, 3) + b"abc" + bytes(16)
+
+
+KEY = b"rq:rM>}U?@Lns47E1%kR.o@n%FcmmsL/@{H8]yf7"
+OTHER_KEY = b"Yne@$w-vo<fVvi]a<NY6T1ed:M$fCG*[IaLV{hID"
+
+
+def settings():
+    yield "config", (b'c# A studio\nbind = "tcp://*:5555"  # all\nthreads = 4\ndrain-seconds = 2.5e1\nno-cache = true\n'
+                     b'web-host = ["studio", \'10.0.0.7\', # two\n]\n')
+    yield "config_escapes", b'cbind = "a\\"b\\\\c\\n\\t"\r\nthreads = +1_0\nweb-host = []\n'
+    yield "keys", (b"a# who may connect\n" + KEY + b" administer anna@studio # since May\n\n" + OTHER_KEY + b"\tview\r\n")
+    yield "key", b"k" + KEY + b"\n"
+    yield "token", b"t0123456789abcdefABCDEF-_\r\nmore"
+    for name, lines in {
+            "page": ["GET", "/v1/requests?a=b&token=0123456789abcdef", "127.0.0.1:8080", "http://127.0.0.1:8080", "127.0.0.1", "u"],
+            "stream": ["GET", "/v1/stream?token=wrong", "studio:80", "https://STUDIO:80", "10.0.0.7", "u"],
+            "file": ["HEAD", "/index.html?x", "[::1]:8080", "", "::1", ""],
+            "probe": ["GET", "/metrics", "10.0.0.7", "", "10.0.0.7", ""]}.items():
+        yield "head_" + name, b"d" + "\n".join(lines).encode()
+    for name in ("tcp://127.0.0.1:5555", "tcp://[::1]:*", "tcp://*:0", "ipc:///tmp/limber", "localhost:8080", "http://a.b:1"):
+        yield "endpoint_" + name.translate({ord(c): "_" for c in ":/*[]"}), b"e" + name.encode()
+
+
+def array(kind, shape, data):
+    return common_pb2.Array(type=kind, shape=shape, data=data)
+
+
+def frames():
+    def numbers(count):
+        return struct.pack(f"<{count}f", *(i / 8 for i in range(count)))
+
+    floats, levels = common_pb2.DATA_TYPE_FLOAT32, common_pb2.DATA_TYPE_UINT16
+    geometry = service_pb2.GetGeometryResponse(rest=array(floats, [2, 3], numbers(6)), basis=array(floats, [2, 3, 2], numbers(12)),
+                                               basis_hash="b").SerializeToString()
+    coordinates = service_pb2.Frames(encoding=service_pb2.ENCODING_COORDINATES, frame_count=3, basis_hash="b",
+                                     data=array(floats, [3, 2], numbers(6)))
+    positions = service_pb2.Frames(encoding=service_pb2.ENCODING_POSITIONS, frame_count=1, data=array(floats, [1, 2, 3], numbers(6)))
+    quantised = service_pb2.Frames(encoding=service_pb2.ENCODING_POSITIONS_QUANTISED, frame_count=1,
+                                   data=array(levels, [1, 2, 3], bytes(range(12))))
+    quantised.extent.x = quantised.origin.y = 2
+    for name, message in {"coordinates": coordinates, "positions": positions, "quantised": quantised}.items():
+        yield name, b"f" + message.SerializeToString() + SEPARATOR + geometry
+    coordinates.result.sequence = 4
+    motion = [coordinates.SerializeToString()]
+    for sequence, base, first, part, more, early in ((0, 4, 1, 0, False, True), (5, 4, 0, 0, True, False), (5, 4, 2, 1, False, False),
+                                                     (6, 0, 0, 0, False, False)):
+        change = service_pb2.Frames(first_frame=first, frame_count=1, data=array(floats, [1, 2], numbers(2)))
+        change.result.sequence = sequence
+        change.changes.motion_frames, change.changes.base_sequence, change.changes.part = 3, base, part
+        change.changes.more, change.changes.early = more, early
+        motion.append(change.SerializeToString())
+    yield "changes", b"m" + SEPARATOR.join(motion)
+    yield "quantise", b"q\x01" + numbers(12)
+    text = bytes(range(64))
+    yield "difference", b"d" + text + SEPARATOR + text[:20] + b"new" + text[16:]
+    yield "no_difference", b"x" + text + SEPARATOR + bytes((20, 0, 3)) + b"new" + bytes((48, 16, 0))
+
+
+def streams():
+    yield "one", b"b" + bytes((0, 1, 2, 10, 20, 0, 0, 2, 3, 1, 2, 3, 1, 2, 0, 3, 255, 9, 4, 70, 0, 0, 1, 200, 2))
+    request = follow_pb2.FollowRequest(stream="s", read_bytes=7, window_bytes=100000, instance="run")
+    request.topics.add(prefix="a", after=1)
+    request.topics.add(prefix="b")
+    follow = request.SerializeToString()
+    publish = bytes((3, 1, 2, 10, 20, 0))
+    yield "clients", (b"s" + bytes((0, 1, 3)) + b"\x01ab" + bytes((1, 0, len(follow))) + follow + publish + bytes((2, 4)) + publish +
+                      bytes((1, 1, len(follow))) + follow + bytes((0, 1, 3)) + b"\x00ab" + bytes((2, 0)))
+
+
 def main():
-    for target, inputs in {"meshes": meshes, "surfaces": surfaces, "requests": requests, "scenes": texts, "stored": stored}.items():
+    for target, inputs in {"meshes": meshes, "surfaces": surfaces, "requests": requests, "scenes": texts, "stored": stored,
+                           "models": models, "settings": settings, "frames": frames, "streams": streams}.items():
         folder = HERE / "corpus" / target
         folder.mkdir(parents=True, exist_ok=True)
         for old in folder.iterdir():

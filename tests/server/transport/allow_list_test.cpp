@@ -57,6 +57,7 @@ TEST(AllowList, BadLinesAreNamed) {
     EXPECT_TRUE(why.starts_with(place)) << text << " -> " << why;
   };
   is_at("too short\n", "allowed:1: is not a Z85 public key");
+  is_at(one.substr(0, 35) + std::string(5, '\0') + "\n", "allowed:1: is not a Z85 public key");
   is_at(one + " veiw\n", "allowed:1: 'veiw' is no role");
   is_at("\n" + one + " view a/b\n", "allowed:2: a name is");
   is_at(one + " view " + std::string(65, 'a') + "\n", "allowed:1: a name is");
