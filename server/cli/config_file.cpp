@@ -17,6 +17,14 @@ bool is_bare(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
 }
 
+bool is_of_number(char c) { return is_bare(c) || c == '.' || c == '+'; }
+
+/// Can it be one, without quotes?
+bool begins_number(std::string_view word) {
+  return !word.empty() && (std::isdigit(static_cast<unsigned char>(word[0])) != 0 ||
+                           word[0] == '-' || word[0] == '+');
+}
+
 /// Reads a file from its beginning to its end.
 class Reader {
  public:
@@ -91,13 +99,10 @@ class Reader {
     if (peek() == '"') return basic_string();
     if (peek() == '\'') return literal_string();
     const std::size_t begin = at_;
-    while (is_bare(peek()) || peek() == '.' || peek() == '+') ++at_;
+    while (is_of_number(peek())) ++at_;
     std::string word = text_.substr(begin, at_ - begin);
     if (word == "true" || word == "false") return word;
-    const bool is_number =
-        !word.empty() && (std::isdigit(static_cast<unsigned char>(word[0])) != 0 ||
-                          word[0] == '-' || word[0] == '+');
-    if (!is_number) fail("a value is a number, true, false, or text in quotes");
+    if (!begins_number(word)) fail("a value is a number, true, false, or text in quotes");
     word.erase(std::remove(word.begin(), word.end(), '_'), word.end());
     return word;
   }
@@ -163,7 +168,10 @@ std::string as_value(const CLI::Option& option, const std::string& text) {
   const bool is_number =
       type.starts_with("UINT") || type.starts_with("INT") || type.starts_with("FLOAT");
   const bool is_word = text == "true" || text == "false";
-  return is_word || (is_number && !text.empty()) ? text : quoted(text);
+  // Others than this reader would write, as the command line takes them, stand in quotes: .5, inf.
+  const bool is_bare_number = is_number && begins_number(text) && text.find('_') == text.npos &&
+                              std::all_of(text.begin(), text.end(), is_of_number);
+  return is_word || is_bare_number ? text : quoted(text);
 }
 
 std::string value_of(const CLI::Option& option) {

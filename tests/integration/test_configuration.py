@@ -59,7 +59,7 @@ def test_what_is_printed_is_read_as_the_same(limberd, write, tmp_path):
     strange = tmp_path / 'a "b" \\ #c = d'
     strange.mkdir()
     text = printed(limberd, "--mesh-root", strange, "--mesh-root", "/tmp", "--web", "127.0.0.1:8000", "--no-cache",
-                   "--data", tmp_path / "data", "--data-bytes", "5MB", "--retain", 0.5, "--log-level", "DEBUG",
+                   "--data", tmp_path / "data", "--data-bytes", "5 MB", "--retain", ".5", "--log-level", "DEBUG",
                    "--ready-file", tmp_path / "ready", "--web-token-file", tmp_path / "token")
     assert printed(limberd, "--config", write(text)) == text
     # Every default, written out as a value, is itself.
