@@ -123,6 +123,7 @@ void BodySession::Impl::cancel() {
 
 BodyOrder BodySession::Impl::take_order() {
   BodyOrder order;
+  out_of_date_ = {};
   is_solving_ = true;
   order.content = document_.content();
   order.is_with_fewer_modes = fewer_modes_ > 0;
@@ -134,7 +135,6 @@ BodyOrder BodySession::Impl::take_order() {
   order.cold_request = cold_taken_;
   touched_ = {};
   whole_ = cold_ = false;
-  out_of_date_ = {};
   return order;
 }
 
