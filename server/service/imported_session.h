@@ -6,6 +6,8 @@
 
 namespace limber::server {
 
+namespace proto = limber::v1;
+
 /// Revisions, ids and other counters of an imported session are below: what counts on from there
 /// is a number for SQLite and for pages, however long the session lives.
 inline constexpr std::uint64_t kMostImportedNumber = std::uint64_t{1} << 53u;
