@@ -1,10 +1,12 @@
 #include "clients/cpp/open_session.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "clients/cpp/files.h"
 #include "clients/cpp/opening.h"
+#include "clients/cpp/part_size.h"
 
 namespace limber::client {
 
@@ -117,16 +119,21 @@ v1::Frames OpenSession::frames(const FrameOptions& options) {
 }
 
 v1::Frames OpenSession::frames_in_parts(v1::GetFramesRequest wanted) {
-  // Answers to other requests of the client pass between two.
-  constexpr std::uint64_t kPartBytes = 2u << 20;
-  wanted.set_most_bytes(kPartBytes);
-  v1::GetFramesResponse answer = client_->call(wanted, large(*client_));
+  PartSize size;
+  const auto next_part = [&] {
+    wanted.set_most_bytes(size.bytes());
+    const auto begin = std::chrono::steady_clock::now();
+    v1::GetFramesResponse answer = client_->call(wanted, large(*client_));
+    size.note(std::chrono::steady_clock::now() - begin);
+    return answer;
+  };
+  v1::GetFramesResponse answer = next_part();
   v1::Frames frames = std::move(*answer.mutable_frames());
   while (answer.frames_left() > 0) {
     wanted.set_result_sequence(frames.result().sequence());
     wanted.set_first_frame(frames.first_frame() + frames.frame_count());
     wanted.set_frame_count(answer.frames_left());
-    answer = client_->call(wanted, large(*client_));
+    answer = next_part();
     const v1::Frames& part = answer.frames();
     if (part.frame_count() == 0 || frames.data().shape_size() == 0)
       throw ClientError(v1::ERROR_CODE_MALFORMED, "frames", "a part of a motion has no frames");

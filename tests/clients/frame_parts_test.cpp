@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <string>
 #include <vector>
 
 #include "clients/cpp/open_session.h"
+#include "clients/cpp/part_size.h"
 #include "tests/clients/fake_router.h"
 
 namespace limber::client {
@@ -86,6 +88,23 @@ TEST_F(FrameParts, OfOneResultArePutTogether) {
   EXPECT_EQ(asked[1].frame_count(), 5U);
   EXPECT_EQ(asked[1].result_sequence(), 1U);
   EXPECT_EQ(asked[2].first_frame(), 7U);
+}
+
+TEST(PartSizes, FollowTheLinkWithinBounds) {
+  using std::chrono::milliseconds;
+  PartSize size;
+  const std::uint64_t first = size.bytes();
+  size.note(milliseconds(20));
+  EXPECT_EQ(size.bytes(), first);
+  size.note(milliseconds(5));
+  EXPECT_EQ(size.bytes(), 2 * first);
+  size.note(milliseconds(100));
+  size.note(milliseconds(100));
+  EXPECT_EQ(size.bytes(), first / 2);
+  for (int i = 0; i < 20; ++i) size.note(milliseconds(1000));
+  EXPECT_EQ(size.bytes(), PartSize::kLeast);
+  for (int i = 0; i < 20; ++i) size.note(milliseconds(0));
+  EXPECT_EQ(size.bytes(), PartSize::kMost);
 }
 
 TEST_F(FrameParts, OfAResultThatWasDisplacedAreFetchedAnew) {

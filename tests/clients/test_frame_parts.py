@@ -53,7 +53,24 @@ def test_parts_of_one_result_are_put_together(motions):
     assert fetched(motions, first_frame=1, frame_count=8) == (1, [100 + i for i in range(1, 9)])
     assert [(one.first_frame, one.frame_count, one.result_sequence) for one in motions.asked] == [
         (1, 8, 0), (4, 5, 1), (7, 2, 1)]
-    assert {one.most_bytes for one in motions.asked} == {frame_parts.PART_BYTES}
+    assert motions.asked[0].most_bytes == frame_parts.PartSize.FIRST
+
+
+@pytest.mark.parametrize("seconds, sizes", [(0.001, (1, 2, 4)), (0.02, (1, 1, 1)), (0.2, (1, 1 / 2, 1 / 4))])
+def test_parts_are_as_large_as_the_link_is_quick(motions, seconds, sizes):
+    times = iter(range(1000))
+    frame_parts.fetch(motions, service.GetFramesRequest(frame_count=8), clock=lambda: seconds * next(times))
+    assert [one.most_bytes for one in motions.asked] == [frame_parts.PartSize.FIRST * size for size in sizes]
+
+
+def test_sizes_of_parts_have_bounds():
+    size = frame_parts.PartSize()
+    for _ in range(20):
+        size.note(0)
+    assert size.bytes == size.MOST
+    for _ in range(20):
+        size.note(60)
+    assert size.bytes == size.LEAST
 
 
 def test_a_motion_whose_result_was_displaced_is_fetched_anew(motions):

@@ -2,41 +2,68 @@
 
 from __future__ import annotations
 
+import time
 from typing import Callable
 
 from .errors import LimberError
 from .messages import service
 
-# About so many bytes of frames come in one answer: those to other requests of the connection pass between two.
-PART_BYTES = 2 << 20
 # How often newer results may displace the one whose parts are fetched.
 _TRIES = 3
 
 Call = Callable[["service.GetFramesRequest"], "service.GetFramesResponse"]
 
 
-def fetch(call: Call, request: "service.GetFramesRequest", part_bytes: int = PART_BYTES) -> "list[service.Frames]":
+class PartSize:
+    """Bytes of frames to ask for at once. Answers to other requests of the connection pass between two parts, so that one is
+    to take some hundredths of a second, over whatever link."""
+
+    FIRST, LEAST, MOST = 256 << 10, 64 << 10, 4 << 20
+    QUICK, SLOW = 0.01, 0.03  # [s]
+
+    def __init__(self) -> None:
+        self.bytes = self.FIRST
+
+    def note(self, seconds: float) -> None:
+        """How long a part of this size took from its request to its end."""
+        if seconds < self.QUICK:
+            self.bytes = min(2 * self.bytes, self.MOST)
+        elif seconds > self.SLOW:
+            self.bytes = max(self.bytes // 2, self.LEAST)
+
+
+def fetch(call: Call, request: "service.GetFramesRequest",
+          clock: Callable[[], float] = time.monotonic) -> "list[service.Frames]":
     """The frames of a request in their order, all of one result, though edits go on; of a server that knows no parts, one."""
+    size = PartSize()
     for _ in range(_TRIES):
         try:
-            return _parts_of_one_result(call, request, part_bytes)
+            return _parts_of_one_result(call, request, size, clock)
         except LimberError as error:
             if error.field != "result_sequence":
                 raise
     return [call(request).frames]
 
 
-def _parts_of_one_result(call: Call, request: "service.GetFramesRequest", part_bytes: int) -> "list[service.Frames]":
+def _parts_of_one_result(call: Call, request: "service.GetFramesRequest", size: PartSize,
+                         clock: Callable[[], float]) -> "list[service.Frames]":
     wanted = service.GetFramesRequest()
     wanted.CopyFrom(request)
-    wanted.most_bytes = part_bytes
-    answer = call(wanted)
+
+    def next_part() -> "service.GetFramesResponse":
+        wanted.most_bytes = size.bytes
+        begin = clock()
+        answer = call(wanted)
+        size.note(clock() - begin)
+        return answer
+
+    answer = next_part()
     parts = [answer.frames]
     while answer.frames_left:
         wanted.result_sequence = parts[0].result.sequence
         wanted.first_frame = parts[-1].first_frame + parts[-1].frame_count
         wanted.frame_count = answer.frames_left
-        answer = call(wanted)
+        answer = next_part()
         parts.append(answer.frames)
     return parts
 

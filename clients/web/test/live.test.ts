@@ -11,7 +11,7 @@ import {
 } from "../gen/limber/v1/service_pb";
 import { completed } from "../src/session/geometry";
 import { LiveSession } from "../src/session/live";
-import { type MotionPart, wholeMotion } from "../src/session/whole_motion";
+import { type MotionPart, PART_BYTES, wholeMotion } from "../src/session/whole_motion";
 import { floats, fromFloats, fromIntegers } from "../src/wire/arrays";
 import type { Connection } from "../src/wire/connection";
 import { LimberError } from "../src/wire/errors";
@@ -106,6 +106,25 @@ test("all parts of a long motion are of one result, though newer ones come", asy
       [1, 1n],
     ],
   );
+});
+
+test("parts of a motion are as large as the link is quick", async () => {
+  for (const [milliseconds, sizes] of [
+    [1, [1, 2, 4]],
+    [20, [1, 1, 1]],
+    [200, [1, 1 / 2, 1 / 4]],
+  ] as const) {
+    const asked: number[] = [];
+    let time = 0;
+    await wholeMotion(
+      async (wanted) => {
+        asked.push(Number(wanted.mostBytes) / PART_BYTES.first);
+        return part(wanted, 5, 1n);
+      },
+      () => (time += milliseconds),
+    );
+    assert.deepEqual(asked, sizes);
+  }
 });
 
 test("a motion that was displaced is asked for again, until asking ends", async () => {

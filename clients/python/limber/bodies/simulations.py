@@ -16,7 +16,7 @@ from ..messages import service
 _PROFILES = {"constant": messages.FORCE_PROFILE_CONSTANT, "ramp": messages.FORCE_PROFILE_RAMP,
              "sine": messages.FORCE_PROFILE_SINE}
 _SCHEMES = {"midpoint": messages.TIME_STEPPING_IMPLICIT_MIDPOINT, "euler": messages.TIME_STEPPING_IMPLICIT_EULER}
-PART_BYTES = frame_parts.PART_BYTES  # of one answer: frames of a large motion are fetched in several
+PART_BYTES = 2 << 20  # of one answer: frames of a large motion are fetched in several
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import { Latency } from "./latency";
 import { MotionBuffer } from "./motion";
 import { authors } from "./people";
 import { posesOf, restored } from "./restore";
-import { PART_BYTES, wholeMotion } from "./whole_motion";
+import { wholeMotion } from "./whole_motion";
 
 export type EditInit = MessageInitShape<typeof EditSchema>;
 
@@ -395,7 +395,7 @@ export class LiveSession {
    * All frames of the newest result. Where it is displaced before its last part, what is here stays until later.
    */
   private async fetchMotion(): Promise<void> {
-    const wanted = { session: this.reference, encoding: Encoding.COORDINATES, mostBytes: PART_BYTES };
+    const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
     const parts = await wholeMotion((part) => this.connection.call("getFrames", { ...wanted, ...part }));
     if (!parts) {
       this.catchUpLater();

@@ -2,8 +2,10 @@
 import type { Frames, GetFramesResponse } from "../../gen/limber/v1/service_pb";
 import { LimberError } from "../wire/errors";
 
-/** About so many bytes of frames come in one answer: those to edits pass between two. */
-export const PART_BYTES = 2n << 20n;
+/** Bytes of frames to ask for at once: answers to edits pass between two parts, so that one is to take some hundredths of a second. */
+export const PART_BYTES = { first: 256 << 10, least: 64 << 10, most: 4 << 20 };
+const QUICK_MS = 10;
+const SLOW_MS = 30;
 /** How often newer results may displace the one whose parts are fetched. */
 const TRIES = 3;
 
@@ -12,6 +14,7 @@ export interface MotionPart {
   firstFrame: number;
   frameCount: number;
   resultSequence: bigint;
+  mostBytes: bigint;
 }
 export type AskFrames = (part: MotionPart) => Promise<GetFramesResponse>;
 
@@ -19,10 +22,14 @@ export type AskFrames = (part: MotionPart) => Promise<GetFramesResponse>;
  * All frames of one result, in parts. null: each time the server no longer had that result before its last part, or there
  * is none.
  */
-export async function wholeMotion(ask: AskFrames): Promise<Frames[] | null> {
+export async function wholeMotion(
+  ask: AskFrames,
+  now: () => number = () => performance.now(),
+): Promise<Frames[] | null> {
+  const size = { bytes: PART_BYTES.first };
   for (let attempt = 0; attempt < TRIES; attempt++) {
     try {
-      return await partsOfOneResult(ask);
+      return await partsOfOneResult(ask, size, now);
     } catch (error) {
       if (!(error instanceof LimberError && error.field === "result_sequence")) throw error;
     }
@@ -30,11 +37,19 @@ export async function wholeMotion(ask: AskFrames): Promise<Frames[] | null> {
   return null;
 }
 
-async function partsOfOneResult(ask: AskFrames): Promise<Frames[] | null> {
+function nextBytes(bytes: number, milliseconds: number): number {
+  if (milliseconds < QUICK_MS) return Math.min(2 * bytes, PART_BYTES.most);
+  return milliseconds > SLOW_MS ? Math.max(bytes / 2, PART_BYTES.least) : bytes;
+}
+
+/** @param size  of the next part, which changes with how long those before took. */
+async function partsOfOneResult(ask: AskFrames, size: { bytes: number }, now: () => number): Promise<Frames[] | null> {
   const parts: Frames[] = [];
-  const next: MotionPart = { firstFrame: 0, frameCount: 0, resultSequence: 0n };
+  const next = { firstFrame: 0, frameCount: 0, resultSequence: 0n };
   do {
-    const { frames, framesLeft } = await ask({ ...next });
+    const begin = now();
+    const { frames, framesLeft } = await ask({ ...next, mostBytes: BigInt(size.bytes) });
+    size.bytes = nextBytes(size.bytes, now() - begin);
     if (!frames) return null;
     parts.push(frames);
     next.firstFrame += frames.frameCount;

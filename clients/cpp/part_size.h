@@ -1,0 +1,30 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+
+namespace limber::client {
+
+/// Bytes of frames to ask for at once. Answers to other requests of the connection pass between two
+/// parts, so that one is to take some hundredths of a second, over whatever link.
+class PartSize {
+ public:
+  static constexpr std::uint64_t kFirst = 256u << 10, kLeast = 64u << 10, kMost = 4u << 20;
+  static constexpr std::chrono::milliseconds kQuick{10}, kSlow{30};
+
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  /// How long a part of this size took from its request to its end.
+  void note(std::chrono::steady_clock::duration time) {
+    if (time < kQuick) {
+      bytes_ = std::min(2 * bytes_, kMost);
+    } else if (time > kSlow) {
+      bytes_ = std::max(bytes_ / 2, kLeast);
+    }
+  }
+
+ private:
+  std::uint64_t bytes_ = kFirst;
+};
+
+}  // namespace limber::client
