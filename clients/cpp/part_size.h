@@ -7,24 +7,28 @@
 namespace limber::client {
 
 /// Bytes of frames to ask for at once. Answers to other requests of the connection pass between two
-/// parts, so that one is to take some hundredths of a second, over whatever link.
+/// parts, so that one is to take some hundredths of a second more than the shortest did: what
+/// remains of that is the way there and back.
 class PartSize {
  public:
-  static constexpr std::uint64_t kFirst = 256u << 10, kLeast = 64u << 10, kMost = 4u << 20;
+  static constexpr std::uint64_t kLeast = 64u << 10, kMost = 4u << 20;
   static constexpr std::chrono::milliseconds kQuick{10}, kSlow{30};
 
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
   /// How long a part of this size took from its request to its end.
   void note(std::chrono::steady_clock::duration time) {
-    if (time < kQuick) {
+    shortest_ = std::min(shortest_, time);
+    const auto more = time - shortest_;
+    if (more < kQuick) {
       bytes_ = std::min(2 * bytes_, kMost);
-    } else if (time > kSlow) {
+    } else if (more > kSlow) {
       bytes_ = std::max(bytes_ / 2, kLeast);
     }
   }
 
  private:
-  std::uint64_t bytes_ = kFirst;
+  std::uint64_t bytes_ = kLeast;
+  std::chrono::steady_clock::duration shortest_ = std::chrono::steady_clock::duration::max();
 };
 
 }  // namespace limber::client

@@ -77,6 +77,19 @@ void LayeredKinematics::set_shift(std::shared_ptr<const FrameShift> shift) {
   for (const Site& site : sites_) rows_.push_back(mean_rows(*shift_->basis, site));
 }
 
+LayeredKinematics::Corrections LayeredKinematics::take_corrections() {
+  Corrections taken{std::move(shift_), std::move(rows_), std::move(anchors_)};
+  set_shift(nullptr);
+  return taken;
+}
+
+void LayeredKinematics::give_back(Corrections corrections) {
+  LIMBER_DEMAND(!corrections.shift || corrections.rows.size() == sites_.size());
+  shift_ = std::move(corrections.shift);
+  rows_ = std::move(corrections.rows);
+  anchors_ = std::move(corrections.anchors);
+}
+
 void LayeredKinematics::anchor(std::span<const int> frames,
                                const Eigen::Ref<const Eigen::MatrixXd>& z,
                                std::span<const SiteQuery> queries) {

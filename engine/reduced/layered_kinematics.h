@@ -59,6 +59,12 @@ class LayeredKinematics final : public Kinematics {
   [[nodiscard]] Level level() const { return level_; }
   /// Null: none, and no anchors either.
   void set_shift(std::shared_ptr<const FrameShift> shift);
+  /// What corrects the reduced model: shift and anchors.
+  struct Corrections;
+  /// Leaves none.
+  [[nodiscard]] Corrections take_corrections();
+  /// In place of those that there are. No site may have been added since they were taken.
+  void give_back(Corrections corrections);
   /// Anchors at these poses, in place of all that there are. Needs set_full().
   /// @param frames, z, queries  as of evaluate()
   void anchor(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
@@ -98,6 +104,12 @@ class LayeredKinematics final : public Kinematics {
   std::shared_ptr<const FrameShift> shift_;
   std::vector<Rows> rows_;                            // of the shift's basis, of each site
   std::map<std::pair<SiteId, int>, Anchor> anchors_;  // by site and frame
+};
+
+struct LayeredKinematics::Corrections {
+  std::shared_ptr<const FrameShift> shift;
+  std::vector<Rows> rows;
+  std::map<std::pair<SiteId, int>, Anchor> anchors;
 };
 
 }  // namespace limber::reduced

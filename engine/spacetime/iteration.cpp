@@ -154,11 +154,12 @@ SolveReport Optimizer::iterate(const JobContext& job,
     const auto ended = [&](SolveStatus status) {
       return report(status, iteration, course.gradient);
     };
-    if (is_given_up([&] { linearise(); })) return ended(SolveStatus::kImproved);
+    if (is_given_up([&] { linearise(); })) return report_given_up(iteration, course.gradient);
     if (job.cancellation.requested()) return ended(SolveStatus::kCancelled);
     if (iteration == options_.max_iterations) return ended(SolveStatus::kIterationLimit);
     Outcome outcome = Outcome::kMoved;
-    if (is_given_up([&] { outcome = step_on(course); })) return ended(SolveStatus::kImproved);
+    if (is_given_up([&] { outcome = step_on(course); }))
+      return report_given_up(iteration, course.gradient);
     if (outcome == Outcome::kConverged) return ended(SolveStatus::kConverged);
     if (outcome == Outcome::kStalled) return ended(SolveStatus::kStalled);
     if (outcome == Outcome::kAgain) continue;

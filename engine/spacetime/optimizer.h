@@ -122,6 +122,8 @@ class Optimizer {
                         SolveReport answer);
 
   [[nodiscard]] SolveReport report(SolveStatus status, int iterations, double gradient) const;
+  /// Of an iteration that was left half done: without energies where those of z_ are not known.
+  [[nodiscard]] SolveReport report_given_up(int iterations, double gradient) const;
   void say_rank(SolveReport& report) const;
   /// Whether no step can lower the exact rows' errors further to first order: all that is left is
   /// contradiction.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "engine/spacetime/optimizer.h"
@@ -186,6 +187,17 @@ SolveReport Optimizer::report(SolveStatus status, int iterations, double gradien
       break;
   }
   if (status != SolveStatus::kImproved) say_rank(report);
+  return report;
+}
+
+SolveReport Optimizer::report_given_up(int iterations, double gradient) const {
+  if (residual_valid_) return report(SolveStatus::kImproved, iterations, gradient);
+  SolveReport report;
+  report.status = SolveStatus::kImproved;
+  report.iterations = iterations;
+  report.force_energy = report.constraint_energy = report.total_energy =
+      std::numeric_limits<double>::infinity();
+  report.message = "Given up before the constraints were evaluated.";
   return report;
 }
 

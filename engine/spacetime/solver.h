@@ -104,7 +104,9 @@ class Solver {
 
   /// Iterates to convergence. `on_improved` is called after each accepted iteration (motion() is
   /// valid inside); return false from it to stop with kImproved. It stops so within an iteration,
-  /// at the last accepted one, where the kinematics throws Error{kCancelled}.
+  /// at the last accepted one, where the kinematics throws Error{kCancelled}; infinite energies say
+  /// that those of the motion are not known. Before the first iteration, where a changed set of
+  /// constraints is taken up, that error is the caller's.
   SolveReport solve(const JobContext& job = {},
                     const std::function<bool(const SolveReport&)>& on_improved = {});
 

@@ -90,21 +90,22 @@ TEST_F(FrameParts, OfOneResultArePutTogether) {
   EXPECT_EQ(asked[2].first_frame(), 7U);
 }
 
-TEST(PartSizes, FollowTheLinkWithinBounds) {
-  using std::chrono::milliseconds;
+/// The size of parts in the end, over a link.
+std::uint64_t size_over(double way_s, double bytes_per_s) {
   PartSize size;
-  const std::uint64_t first = size.bytes();
-  size.note(milliseconds(20));
-  EXPECT_EQ(size.bytes(), first);
-  size.note(milliseconds(5));
-  EXPECT_EQ(size.bytes(), 2 * first);
-  size.note(milliseconds(100));
-  size.note(milliseconds(100));
-  EXPECT_EQ(size.bytes(), first / 2);
-  for (int i = 0; i < 20; ++i) size.note(milliseconds(1000));
-  EXPECT_EQ(size.bytes(), PartSize::kLeast);
-  for (int i = 0; i < 20; ++i) size.note(milliseconds(0));
-  EXPECT_EQ(size.bytes(), PartSize::kMost);
+  for (int i = 0; i < 20; ++i) {
+    const std::chrono::duration<double> time(way_s +
+                                             static_cast<double>(size.bytes()) / bytes_per_s);
+    size.note(std::chrono::duration_cast<std::chrono::steady_clock::duration>(time));
+  }
+  return size.bytes();
+}
+
+TEST(PartSizes, FollowTheLinkWithinBounds) {
+  EXPECT_EQ(size_over(1e-4, 1e9), PartSize::kMost);
+  EXPECT_EQ(size_over(1e-4, 12.5e6), 4 * PartSize::kLeast);
+  EXPECT_LE(size_over(1e-4, 1e6), 2 * PartSize::kLeast);
+  EXPECT_EQ(size_over(0.1, 1e9), PartSize::kMost) << "a long way is no slow link";
 }
 
 TEST_F(FrameParts, OfAResultThatWasDisplacedAreFetchedAnew) {

@@ -53,24 +53,30 @@ def test_parts_of_one_result_are_put_together(motions):
     assert fetched(motions, first_frame=1, frame_count=8) == (1, [100 + i for i in range(1, 9)])
     assert [(one.first_frame, one.frame_count, one.result_sequence) for one in motions.asked] == [
         (1, 8, 0), (4, 5, 1), (7, 2, 1)]
-    assert motions.asked[0].most_bytes == frame_parts.PartSize.FIRST
+    assert motions.asked[0].most_bytes == frame_parts.PartSize.LEAST
 
 
-@pytest.mark.parametrize("seconds, sizes", [(0.001, (1, 2, 4)), (0.02, (1, 1, 1)), (0.2, (1, 1 / 2, 1 / 4))])
-def test_parts_are_as_large_as_the_link_is_quick(motions, seconds, sizes):
-    times = iter(range(1000))
-    frame_parts.fetch(motions, service.GetFramesRequest(frame_count=8), clock=lambda: seconds * next(times))
-    assert [one.most_bytes for one in motions.asked] == [frame_parts.PartSize.FIRST * size for size in sizes]
-
-
-def test_sizes_of_parts_have_bounds():
+def over(way_s, bytes_per_s):
+    """The size of parts in the end, over a link."""
     size = frame_parts.PartSize()
     for _ in range(20):
-        size.note(0)
-    assert size.bytes == size.MOST
-    for _ in range(20):
-        size.note(60)
-    assert size.bytes == size.LEAST
+        size.note(way_s + size.bytes / bytes_per_s)
+    return size.bytes
+
+
+def test_parts_are_as_large_as_the_link_is_quick():
+    size = frame_parts.PartSize
+    assert over(1e-4, 1e9) == size.MOST
+    assert over(1e-4, 12.5e6) == 4 * size.LEAST  # 21 ms
+    assert over(1e-4, 1e6) <= 2 * size.LEAST
+    assert over(0.1, 1e9) == size.MOST  # a long way is no slow link
+    assert over(0.1, 12.5e6) == 4 * size.LEAST
+
+
+def test_a_motion_is_asked_for_in_parts_of_that_size(motions):
+    times = iter((0, 0.001, 1, 1.001, 2, 3))
+    frame_parts.fetch(motions, service.GetFramesRequest(frame_count=8), clock=lambda: next(times))
+    assert [one.most_bytes for one in motions.asked] == [frame_parts.PartSize.LEAST * size for size in (1, 2, 4)]
 
 
 def test_a_motion_whose_result_was_displaced_is_fetched_anew(motions):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Callable
 
@@ -16,19 +17,22 @@ Call = Callable[["service.GetFramesRequest"], "service.GetFramesResponse"]
 
 class PartSize:
     """Bytes of frames to ask for at once. Answers to other requests of the connection pass between two parts, so that one is
-    to take some hundredths of a second, over whatever link."""
+    to take some hundredths of a second more than the shortest did: what remains of that is the way there and back."""
 
-    FIRST, LEAST, MOST = 256 << 10, 64 << 10, 4 << 20
+    LEAST, MOST = 64 << 10, 4 << 20
     QUICK, SLOW = 0.01, 0.03  # [s]
 
     def __init__(self) -> None:
-        self.bytes = self.FIRST
+        self.bytes = self.LEAST
+        self._shortest = math.inf
 
     def note(self, seconds: float) -> None:
         """How long a part of this size took from its request to its end."""
-        if seconds < self.QUICK:
+        self._shortest = min(self._shortest, seconds)
+        more = seconds - self._shortest
+        if more < self.QUICK:
             self.bytes = min(2 * self.bytes, self.MOST)
-        elif seconds > self.SLOW:
+        elif more > self.SLOW:
             self.bytes = max(self.bytes // 2, self.LEAST)
 
 

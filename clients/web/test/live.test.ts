@@ -109,19 +109,20 @@ test("all parts of a long motion are of one result, though newer ones come", asy
 });
 
 test("parts of a motion are as large as the link is quick", async () => {
-  for (const [milliseconds, sizes] of [
-    [1, [1, 2, 4]],
-    [20, [1, 1, 1]],
-    [200, [1, 1 / 2, 1 / 4]],
+  for (const [bytesOfMillisecond, sizes] of [
+    [1e6, [1, 2, 4, 8]],
+    [12.5e3, [1, 2, 4, 4]],
+    [1e3, [1, 2, 1, 2]],
   ] as const) {
     const asked: number[] = [];
     let time = 0;
     await wholeMotion(
       async (wanted) => {
-        asked.push(Number(wanted.mostBytes) / PART_BYTES.first);
-        return part(wanted, 5, 1n);
+        time += 100 + Number(wanted.mostBytes) / bytesOfMillisecond;
+        asked.push(Number(wanted.mostBytes) / PART_BYTES.least);
+        return part(wanted, 7, 1n);
       },
-      () => (time += milliseconds),
+      () => time,
     );
     assert.deepEqual(asked, sizes);
   }

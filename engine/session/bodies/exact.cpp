@@ -31,12 +31,13 @@ class Heeding {
   Heeding(LiveProblem& problem, const Cancellation& cancellation) : problem_(problem) {
     problem_.heed(cancellation);
   }
-  ~Heeding() { problem_.heed({}); }
+  ~Heeding() { problem_.heed(never_); }
   Heeding(const Heeding&) = delete;
   Heeding& operator=(const Heeding&) = delete;
 
  private:
   LiveProblem& problem_;
+  const Cancellation never_;
 };
 
 }  // namespace
@@ -113,12 +114,19 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
   const bool is_near = tried_.rows() == motion.rows() && tried_.cols() == motion.cols() &&
                        (motion - tried_).norm() <= kNear * tried_.norm();
   if (is_near) return found;
-  problem_->set_shift(nullptr);
+  auto corrections = problem_->take_corrections();
+  const auto come_back = [&] {
+    problem_->give_back(std::move(corrections));
+    problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
+  };
   problem_->solver().cold_start();
   constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
   std::optional<spacetime::SolveReport> other = solve_motion(round, kUnpublished);
   if (other) other = polish(round, *other, kUnpublished);
-  if (!other) return std::nullopt;
+  if (!other) {
+    come_back();  // the edit that was quicker begins in the answer, not on the way from rest
+    return std::nullopt;
+  }
   if (is_exact_ && problem_->solver().prefers(*other, found)) {
     tried_ = problem_->solver().motion();
     add_sentence(other->message,
@@ -128,8 +136,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
     return other;
   }
   const bool is_cancelled = other->status == SolveStatus::kCancelled;
-  problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
-  problem_->anchor(spacetime::Known::kAnswer);
+  come_back();
   is_exact_ = true;
   if (!is_cancelled) tried_ = motion;
   spacetime::SolveReport kept = found;

@@ -180,6 +180,16 @@ void LiveProblem::set_shift(std::shared_ptr<const reduced::FrameShift> shift) {
   kinematics_->set_shift(shift_);
 }
 
+reduced::LayeredKinematics::Corrections LiveProblem::take_corrections() {
+  shift_.reset();
+  return kinematics_->take_corrections();
+}
+
+void LiveProblem::give_back(reduced::LayeredKinematics::Corrections corrections) {
+  shift_ = corrections.shift;
+  kinematics_->give_back(std::move(corrections));
+}
+
 std::vector<HeldFrame> LiveProblem::held_frames() const {
   std::vector<HeldFrame> frames;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {

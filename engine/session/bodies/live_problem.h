@@ -92,6 +92,9 @@ class LiveProblem {
   void provide_full(const std::function<std::unique_ptr<reduced::FullKinematics>()>& make);
   /// Corrects the reduced model by the full map at the solver's motion, which is taken up again.
   void anchor(spacetime::Known known);
+  /// See reduced::LayeredKinematics; take the solver's motion up again after either.
+  [[nodiscard]] reduced::LayeredKinematics::Corrections take_corrections();
+  void give_back(reduced::LayeredKinematics::Corrections corrections);
   /// See reduced::LayeredKinematics; the full map must be there.
   void heed(const Cancellation& cancellation) { kinematics_->heed(cancellation); }
   /// See reduced::FrameShift; null: none, nor anchors. Take the solver's motion up again after it.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -205,6 +206,31 @@ TEST(SolverAnytime, IsGivenUpInsideAnIterationAndContinuesLater) {
     EXPECT_NEAR(resumed.total_energy, best, 1e-6 * best) << after;
   }
   EXPECT_GT(given_up, 5);
+}
+
+TEST(SolverAnytime, IsGivenUpWithMoreConstraintsThanWereEvaluated) {
+  const Bench bench = bending_chain();
+  const auto kinematics = std::make_shared<GivenUpKinematics>(bench.kinematics);
+  const double best = bench.solver().solve().total_energy;
+  int unknown = 0;
+  for (int after = 0; after < 8; ++after) {
+    kinematics->left = std::numeric_limits<int>::max();
+    Solver solver(kinematics, bench.dynamics, bench.timeline);
+    for (std::size_t i = 1; i < bench.constraints.size(); ++i) solver.add(bench.constraints[i]);
+    solver.solve();
+    solver.add(bench.constraints[0]);
+    kinematics->left = after;
+    try {
+      const SolveReport report = solver.solve();
+      EXPECT_EQ(report.status, SolveStatus::kImproved);
+      if (std::isinf(report.total_energy)) ++unknown;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+    }
+    kinematics->left = std::numeric_limits<int>::max();
+    EXPECT_NEAR(solver.solve().total_energy, best, 1e-6 * best) << after;
+  }
+  EXPECT_GT(unknown, 0);
 }
 
 TEST(SolverCancellation, LeavesAValidStateThatCanBeSolved) {

@@ -2,10 +2,26 @@
 import type { Frames, GetFramesResponse } from "../../gen/limber/v1/service_pb";
 import { LimberError } from "../wire/errors";
 
-/** Bytes of frames to ask for at once: answers to edits pass between two parts, so that one is to take some hundredths of a second. */
-export const PART_BYTES = { first: 256 << 10, least: 64 << 10, most: 4 << 20 };
+/**
+ * Bytes of frames to ask for at once: answers to edits pass between two parts, so that one is to take some hundredths of a
+ * second more than the shortest did. What remains of that is the way there and back.
+ */
+export const PART_BYTES = { least: 64 << 10, most: 4 << 20 };
 const QUICK_MS = 10;
 const SLOW_MS = 30;
+
+class PartSize {
+  bytes = PART_BYTES.least;
+  private shortest = Number.POSITIVE_INFINITY;
+
+  /** How long a part of this size took from its request to its end. */
+  note(milliseconds: number): void {
+    this.shortest = Math.min(this.shortest, milliseconds);
+    const more = milliseconds - this.shortest;
+    if (more < QUICK_MS) this.bytes = Math.min(2 * this.bytes, PART_BYTES.most);
+    else if (more > SLOW_MS) this.bytes = Math.max(this.bytes / 2, PART_BYTES.least);
+  }
+}
 /** How often newer results may displace the one whose parts are fetched. */
 const TRIES = 3;
 
@@ -26,7 +42,7 @@ export async function wholeMotion(
   ask: AskFrames,
   now: () => number = () => performance.now(),
 ): Promise<Frames[] | null> {
-  const size = { bytes: PART_BYTES.first };
+  const size = new PartSize();
   for (let attempt = 0; attempt < TRIES; attempt++) {
     try {
       return await partsOfOneResult(ask, size, now);
@@ -37,19 +53,13 @@ export async function wholeMotion(
   return null;
 }
 
-function nextBytes(bytes: number, milliseconds: number): number {
-  if (milliseconds < QUICK_MS) return Math.min(2 * bytes, PART_BYTES.most);
-  return milliseconds > SLOW_MS ? Math.max(bytes / 2, PART_BYTES.least) : bytes;
-}
-
-/** @param size  of the next part, which changes with how long those before took. */
-async function partsOfOneResult(ask: AskFrames, size: { bytes: number }, now: () => number): Promise<Frames[] | null> {
+async function partsOfOneResult(ask: AskFrames, size: PartSize, now: () => number): Promise<Frames[] | null> {
   const parts: Frames[] = [];
   const next = { firstFrame: 0, frameCount: 0, resultSequence: 0n };
   do {
     const begin = now();
     const { frames, framesLeft } = await ask({ ...next, mostBytes: BigInt(size.bytes) });
-    size.bytes = nextBytes(size.bytes, now() - begin);
+    size.note(now() - begin);
     if (!frames) return null;
     parts.push(frames);
     next.firstFrame += frames.frameCount;

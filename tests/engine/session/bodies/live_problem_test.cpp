@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/engine/session/bodies/document_support.h"
 #include "tests/engine/session/bodies/session_support.h"
 
@@ -40,6 +42,43 @@ TEST(LiveProblem, ForgetsSitesOnceThereAreManyOrTheyNameManyNodes) {
   EXPECT_GT(most_sites({}), 40);
   EXPECT_LE(most_sites({12, 16'000'000}), 13);
   EXPECT_LE(most_sites({20000, 16}), 8);
+}
+
+TEST(LiveProblem, GivesUpTheFullMapAndComesBackToItsCorrections) {
+  using Level = reduced::LayeredKinematics::Level;
+  const scene::Scene scene = bent_bar();
+  Live live(scene);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  const auto parts = std::make_shared<const BodyParts>(scene);
+  const FullBody full(parts, live.session.model());
+  LiveProblem problem(live.session.model(), nullptr, TargetFrame(scene, parts->mapped),
+                      std::make_unique<KeyframeTargets>(scene, live.session.model()),
+                      ProblemTerms{scene.frame_count, scene.model.mode_count, {}}, {});
+  const Document document(scene);
+  problem.start(whole_batch(document));
+  problem.solver().solve();
+  problem.provide_full([&] { return full.make_kinematics(); });
+  problem.use(Level::kFull);
+  const Eigen::MatrixXd before = problem.solver().motion();
+  const Cancellation out_of_date;
+  problem.heed(out_of_date);
+  out_of_date.request();
+  EXPECT_EQ(problem.solver().solve().status, spacetime::SolveStatus::kImproved);
+  EXPECT_EQ(problem.solver().motion(), before);
+  problem.heed({});
+  EXPECT_EQ(problem.solver().solve().status, spacetime::SolveStatus::kConverged);
+  problem.use(Level::kReduced);
+  problem.anchor(spacetime::Known::kAnswer);
+
+  const Eigen::MatrixXd answer = problem.solver().motion();
+  const double corrected = problem.solver().solve().total_energy;
+  auto corrections = problem.take_corrections();
+  problem.solver().warm_start(answer, spacetime::Known::kAnswer);
+  const double plain = problem.solver().solve().total_energy;
+  EXPECT_GT(std::abs(plain - corrected), 1e-6 * corrected) << "the reduced model's own optimum";
+  problem.give_back(std::move(corrections));
+  problem.solver().warm_start(answer, spacetime::Known::kAnswer);
+  EXPECT_NEAR(problem.solver().solve().total_energy, corrected, 1e-9 * corrected);
 }
 
 /// A problem whose fit of all variables an edit has interrupted after its first step.

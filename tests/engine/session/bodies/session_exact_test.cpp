@@ -2,7 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <map>
+#include <thread>
 
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/session/bodies/full_body.h"
@@ -204,6 +207,34 @@ TEST(SessionExact, AnEditLetsTheStepGoAndTheNextAnswerIsTheSame) {
   EXPECT_EQ(result->report.status, SolveStatus::kConverged) << result->report.message;
   EXPECT_NEAR(result->report.total_energy, expected->report.total_energy,
               1e-6 * expected->report.total_energy);
+}
+
+/// Far edits are compared with the optimum from rest, which shows nothing until it is known. Edits
+/// come at many times, some of them then.
+TEST(SessionExact, AnEditDuringTheComparisonFromRestBeginsInTheAnswer) {
+  scene::Scene scene = coarse_bar();
+  scene.frame_count = 120;
+  for (int i = 0; i < 40; ++i) {
+    Live live(scene);
+    ASSERT_TRUE(live.recorder->wait_final(0));
+    std::atomic<int> seen{0};
+    live.recorder->hook = [&](const BodyResult& result) {
+      if (result.revision == 1) ++seen;
+    };
+    live.session.edit({MoveConstraint{1, {0.3, -0.6, -0.3}}});
+    while (seen < 2) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::microseconds(300 * i));
+    live.session.edit({MoveConstraint{1, {0.3, -0.6001, -0.3}}});
+    ASSERT_TRUE(live.recorder->wait_final(2));
+    live.recorder->hook = nullptr;
+    std::shared_ptr<const BodyResult> before, first;
+    for (const auto& result : live.recorder->results()) {
+      if (result->revision == 1) before = result;
+      if (result->revision == 2 && !first) first = result;
+    }
+    const Eigen::MatrixXd shown = shown_motion(*before), next = shown_motion(*first);
+    EXPECT_LT((next - shown).norm(), 0.1 * shown.norm()) << i;
+  }
 }
 
 TEST(SessionExact, ABodyOfOneTet) {
