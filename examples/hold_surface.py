@@ -10,6 +10,9 @@ import numpy as np
 
 FRAME = 60
 
+if len(sys.argv) != 2:
+    sys.exit(f"usage: {sys.argv[0]} SURFACE.obj, closed, with y up")
+
 with limber.launch() as server:
     body = server.open(sys.argv[1], timeout=300)
     surface = body.carried_surface()

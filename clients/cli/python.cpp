@@ -27,6 +27,19 @@ void use_own_python() {
   setenv("PYTHONPATH", (is_set ? own.string() + ":" + before : own.string()).c_str(), 1);
 }
 
+bool is_set(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value != nullptr && *value != 0;
+}
+
+/// Modules of Debian's packages belong to its own Python, whichever comes first on the path.
+std::string interpreter() {
+  if (is_set("LIMBER_PYTHON")) return std::getenv("LIMBER_PYTHON");
+  constexpr const char* kOfDebian = "/usr/bin/python3";
+  const bool is_of_path = is_set("VIRTUAL_ENV") || access(kOfDebian, X_OK) != 0;
+  return is_of_path ? "python3" : kOfDebian;
+}
+
 }  // namespace
 
 void demand_no_keys(const Context& context, const std::string& command) {
@@ -39,8 +52,7 @@ void demand_no_keys(const Context& context, const std::string& command) {
 
 void run_python(const Context& context, const std::string& command,
                 std::vector<std::string> arguments) {
-  const char* given = std::getenv("LIMBER_PYTHON");
-  const std::string python = given != nullptr && *given != 0 ? given : "python3";
+  const std::string python = interpreter();
   std::vector<std::string> words = {python,           "-m",   "limber", "--endpoint",
                                     context.endpoint, command};
   words.insert(words.end(), arguments.begin(), arguments.end());

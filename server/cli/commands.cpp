@@ -5,12 +5,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "engine/base/numerics/sparse_cholesky.h"
@@ -107,6 +109,9 @@ void add_sockets(CLI::App& app, CommandLine& line) {
       ->group("Security");
 }
 
+/// A thousand years [days].
+constexpr double kMostRetainDays = 365'000;
+
 /// What CLI11 makes of an option that is given without its value.
 constexpr const char* kNoValue = "true";
 /// Of a file: `web = false`.
@@ -139,6 +144,21 @@ void add_web(CLI::App& app, CommandLine& line) {
   app.add_flag("--web-beyond-loopback", line.web_beyond_loopback,
                "Other machines may connect. Nothing is encrypted: put a proxy with TLS before it")
       ->group("Pages");
+}
+
+/// CLI11 would take -3 for a number near 2^64, and the largest there is for one beyond.
+void check_whole_numbers(CLI::App& app) {
+  const CLI::Validator is_whole(
+      [](std::string& text) {
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool is_number = error == std::errc() && end == text.data() + text.size();
+        return is_number ? std::string() : text + " is not a whole number in [0, 2^64)";
+      },
+      "", "whole number");
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_type_name().starts_with("UINT")) option->check(is_whole);
+  }
 }
 
 /// @throws Refusal for an option of pages without --web
@@ -222,7 +242,7 @@ void add_store(CLI::App& app, CommandLine& line) {
   add("--retain", line.retain_days,
       "Days after which stored sessions that nobody changes are removed; 0: never")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, kMostRetainDays));
 }
 
 std::optional<store::StoreOptions> store_options(const CommandLine& line) {
@@ -273,6 +293,7 @@ void add_server_options(CLI::App& app, CommandLine& line) {
   app.add_option("--cache-dir", line.cache, "Folder of built models")->capture_default_str();
   app.add_flag("--no-cache", line.no_cache, "Build every model anew");
   add_operation(app, line);
+  check_whole_numbers(app);
 }
 
 log::Level level_of(const std::string& word) {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <iterator>
+#include <istream>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -25,10 +25,24 @@ bool begins_number(std::string_view word) {
                            word[0] == '-' || word[0] == '+');
 }
 
+constexpr std::size_t kMostBytes = 1 << 20;  // of a file
+
+/// What there is, and no more than tells that there is too much.
+std::string begin_of(std::istream& in) {
+  std::string text(kMostBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return text;
+}
+
 /// Reads a file from its beginning to its end.
 class Reader {
  public:
-  Reader(std::string text, std::string file) : text_(std::move(text)), file_(std::move(file)) {}
+  Reader(std::string text, std::string file) : text_(std::move(text)), file_(std::move(file)) {
+    if (text_.size() > kMostBytes)
+      throw CLI::ConfigError(
+          fmt::format("{}: more than {} bytes are no configuration", file_, kMostBytes));
+  }
 
   /// @returns false at the end
   bool to_next_option() {
@@ -203,7 +217,7 @@ void append_wrapped(std::string& out, const std::string& text) {
 
 std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& in) const {
   const std::string file = app_.get_config_ptr()->as<std::string>();
-  Reader reader({std::istreambuf_iterator<char>(in), {}}, file);
+  Reader reader(begin_of(in), file);
   std::vector<CLI::ConfigItem> given;
   std::set<std::string> known;
   while (reader.to_next_option()) {
