@@ -96,6 +96,16 @@ def test_a_server_that_knows_no_parts_sends_it_whole(motions):
     assert len(motions.asked) == 1
 
 
+def test_an_older_server_that_refuses_what_it_does_not_know_sends_it_whole(motions):
+    def older(request):
+        if request.most_bytes:
+            raise LimberError("INVALID_ARGUMENT", "unknown field number 7 in GetFramesRequest; update the server", "get_frames")
+        return motions(request)
+
+    frames = frame_parts.joined(frame_parts.fetch(older, service.GetFramesRequest(frame_count=8)))
+    assert frames.frame_count == 8
+
+
 def test_other_refusals_are_the_callers(motions):
     def closed(request):
         raise LimberError("NOT_FOUND", "the session is closed", "session")

@@ -44,9 +44,16 @@ def fetch(call: Call, request: "service.GetFramesRequest",
         try:
             return _parts_of_one_result(call, request, size, clock)
         except LimberError as error:
+            if _is_of_older_server(error):
+                break
             if error.field != "result_sequence":
                 raise
     return [call(request).frames]
+
+
+def _is_of_older_server(error: LimberError) -> bool:
+    """It refuses what it does not know of the request: that it can come in parts."""
+    return error.code == "INVALID_ARGUMENT" and error.field == "get_frames"
 
 
 def _parts_of_one_result(call: Call, request: "service.GetFramesRequest", size: PartSize,

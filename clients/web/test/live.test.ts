@@ -108,6 +108,14 @@ test("all parts of a long motion are of one result, though newer ones come", asy
   );
 });
 
+test("an older server that does not know parts sends a motion whole", async () => {
+  const parts = await wholeMotion(async (wanted) => {
+    if (wanted.mostBytes > 0n) throw new LimberError("INVALID_ARGUMENT", "unknown field number 7", "get_frames");
+    return part({ ...wanted, frameCount: 2 }, 2, 1n);
+  });
+  assert.equal(parts?.length, 1);
+});
+
 test("parts of a motion are as large as the link is quick", async () => {
   for (const [bytesOfMillisecond, sizes] of [
     [1e6, [1, 2, 4, 8]],

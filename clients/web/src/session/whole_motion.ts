@@ -47,10 +47,18 @@ export async function wholeMotion(
     try {
       return await partsOfOneResult(ask, size, now);
     } catch (error) {
+      if (error instanceof LimberError && error.code === "INVALID_ARGUMENT" && error.field === "get_frames")
+        return inOne(ask);
       if (!(error instanceof LimberError && error.field === "result_sequence")) throw error;
     }
   }
   return null;
+}
+
+/** From an older server, which refuses what it does not know of the request: that it can come in parts. */
+async function inOne(ask: AskFrames): Promise<Frames[] | null> {
+  const { frames } = await ask({ firstFrame: 0, frameCount: 0, resultSequence: 0n, mostBytes: 0n });
+  return frames ? [frames] : null;
 }
 
 async function partsOfOneResult(ask: AskFrames, size: PartSize, now: () => number): Promise<Frames[] | null> {
