@@ -12,7 +12,8 @@ def report(shell, what, before):
     result, now = shell.wait(), shell.frames()[-1]
     jumped = "".join(f", node {snap.node} snaps by {snap.turn:.2f} rad" for snap in result.snaps)
     low, high = (round(float(z), 2) + 0.0 for z in (now[:, 2].min(), now[:, 2].max()))
-    print(f"{what}: {result.status.lower()}, z from {low:.2f} to {high:.2f} m, "
+    by = result.method.replace("_", " ")  # relaxation, where the branch of equilibria cannot be followed, sees no snaps
+    print(f"{what}: {result.status.lower()} by {by}, z from {low:.2f} to {high:.2f} m, "
           f"moved by {np.linalg.norm(now - before, axis=1).max():.3f} m, utilisation {result.utilisation:.2f}{jumped}")
     return now
 

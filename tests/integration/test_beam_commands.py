@@ -103,7 +103,10 @@ def test_the_gridshell_example(limberd, tmp_path):
     text = run_example("bend_gridshell.py", tmp_path)
     assert text.count("converged") == 3 and (tmp_path / "out" / "gridshell" / "gridshell.vtu").is_file()
     moved = [float(by) for by in re.findall(r"moved by ([0-9.]+) m", text)]
-    assert min(moved) > 0.01 and "snaps by" in text, text
+    assert min(moved) > 0.01, text
+    # At 69 % of the rim's way the branch ends. Beyond it Newton's method or, as rounding has it, relaxation comes to a shape.
+    rim = next(line for line in text.splitlines() if line.startswith("rim"))
+    assert "snaps by" in rim or "by relaxation" in rim, text
 
 
 def test_the_roof_example(limberd, tmp_path):
