@@ -74,7 +74,6 @@ Case measure_parked(const SuiteOptions& options, Recorder& recorder, int session
     open_scene(client, scene, name(i));
     client.wait_final(name(i), client.call(circling_edit(name(i), scene, i)).edit().revision());
   }
-  const double open_mb = resident_mb(client);
   const auto give_up = Clock::now() + kUntilAllRest;
   while (number_of(client, "parked") < sessions) {
     if (Clock::now() > give_up) throw std::runtime_error("not all sessions were parked");
@@ -97,8 +96,7 @@ Case measure_parked(const SuiteOptions& options, Recorder& recorder, int session
   Case row;
   row["scene"] = "bar";
   row["parked_sessions"] = sessions;
-  row["rss_open_mb"] = open_mb;
-  row["rss_parked_mb"] = parked_mb;
+  row["rss_mb"] = parked_mb;
   row["back_p50_ms"] = quantile(status, 0.5);
   row["back_max_ms"] = quantile(status, 1);
   row["back_with_frames_p50_ms"] = quantile(frames, 0.5);
