@@ -14,7 +14,10 @@ void Service::follow(const SharedTicket& ticket, const Request& request) {
   wanted.client = ticket->client_number();
   wanted.name = ClientDirectory::identify(*ticket, request.client_name()).name;
   const FollowAnswer answer = hub_.transport.follow(ticket->address(), std::move(wanted));
-  if (!answer.is_taken)
+  if (answer.taken == FollowAnswer::Taken::kTooManyStreams)
+    throw limit_exceeded("stream", "streams of a connection", Followers::kMostOfConnection,
+                         Followers::kMostOfConnection + 1);
+  if (answer.taken == FollowAnswer::Taken::kTooManyPrefixes)
     throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, "topics",
                   "all streams together have too many prefixes of topics",
                   {{"limit", std::to_string(Subscriptions::kMaxPrefixes)}});

@@ -31,7 +31,7 @@ FollowAnswer Transport::follow(const Address& address, Following wanted) {
       followers_.follow(address, std::move(wanted), ++last_local_peer_, Followers::Clock::now());
   cut_off_displaced();
   for (const auto& topic : begun.fresh) {
-    if (!begun.answer.is_taken) break;
+    if (begun.answer.taken != FollowAnswer::Taken::kYes) break;
     const bool has_newest = topic.after != 0 && topic.after == sequence_of(topic.prefix);
     handlers_.on_subscription(topic.prefix, has_newest ? Has::kNewest : Has::kNothing);
   }
@@ -47,11 +47,9 @@ std::uint64_t Transport::sequence_of(const std::string& topic) {
 
 void Transport::pump_followers() {
   if (followers_.empty()) return;
-  counters_.replaced.fetch_add(
-      followers_.pump(
-          [this](const auto& follower, auto& message) { return send_now(follower, message); },
-          Followers::Clock::now()),
-      std::memory_order_relaxed);
+  followers_.pump(
+      [this](const auto& follower, auto& message) { return send_now(follower, message); },
+      Followers::Clock::now());
 }
 
 void Transport::tend_followers() {
@@ -65,8 +63,9 @@ void Transport::tend_followers() {
 }
 
 /// What is unread takes too much: the one that has stalled for longest goes. Where nobody has for a
-/// second, they only read too slowly, all together: what waits for those that hold most is given
-/// up; where that is not enough, the one goes for which most is under way.
+/// second, they only read too slowly, all together: of what waits for those that hold most, changes
+/// that newer ones continue are given up. The newest of a topic stays: nothing might come after it.
+/// Where that is not enough, the one goes that holds most, and gets a snapshot when it comes again.
 void Transport::relieve_memory() {
   const auto now = Followers::Clock::now();
   const auto* stalled = followers_.most_stalled(now);

@@ -21,26 +21,35 @@ std::optional<FollowedStream::Message> FollowedStream::next(Clock::time_point no
   if (!waiting) return std::nullopt;
   const std::uint64_t bytes = waiting->topic.size() + waiting->bytes->size();
   sent_bytes_ += bytes;
-  last_bytes_ = bytes;
+  const std::uint64_t last_bytes = std::exchange(last_bytes_, bytes);
   ++sent_;
   under_way_.push_back(sent_bytes_);
   note_stall(now);
-  return Message{std::move(waiting->topic), std::move(waiting->bytes), sent_bytes_, left_out(),
-                 Unwritten(unwritten_, bytes)};
+  return Message{std::move(waiting->topic),
+                 std::move(waiting->bytes),
+                 sent_bytes_,
+                 left_out(),
+                 Unwritten(unwritten_, bytes),
+                 waiting->part,
+                 waiting->keep,
+                 last_bytes};
 }
 
-void FollowedStream::leave_out(Message&& message, Clock::time_point now) {
-  const Message gone = std::move(message);  // with what counts it as unwritten
-  under_way_.pop_back();
-  sent_bytes_ -= gone.topic.size() + gone.bytes->size();
-  --sent_;
-  ++lost_;
+void FollowedStream::put_back(Message&& message, Clock::time_point now) {
+  {
+    Message back = std::move(message);  // counts as unwritten up to here
+    under_way_.pop_back();
+    sent_bytes_ -= back.topic.size() + back.bytes->size();
+    last_bytes_ = back.last_bytes;
+    --sent_;
+    queue_.put_back({std::move(back.topic), std::move(back.bytes), back.part, back.keep});
+  }
   note_stall(now);
 }
 
-std::uint64_t FollowedStream::give_up_waiting() {
+std::uint64_t FollowedStream::give_up_spare() {
   const std::uint64_t before = left_out();
-  queue_.clear();
+  queue_.give_up_spare();
   return left_out() - before;
 }
 

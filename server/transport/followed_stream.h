@@ -55,15 +55,22 @@ class FollowedStream {
     std::uint64_t sent_bytes = 0;  // StreamPosition
     std::uint64_t left_out = 0;
     Unwritten unwritten;
+    // How it was before, for put_back().
+    StreamQueue::Part part = StreamQueue::Part::kNewest;
+    TopicSlots::Keep keep = TopicSlots::Keep::kNewest;
+    std::uint64_t last_bytes = 0;
   };
   /// What is to be sent now, as long as fewer bytes than the window are unread, and not many more
   /// unwritten: a client may say that it has read what it has not. It counts as sent.
   [[nodiscard]] std::optional<Message> next(Clock::time_point now);
 
-  /// The newest message that next() returned could not be sent: it is left out.
-  void leave_out(Message&& message, Clock::time_point now);
-  /// Gives up what waits; one that has stalled still has. @returns the messages
-  std::uint64_t give_up_waiting();
+  /// The message that next() has just returned could not be sent: it waits again, before all
+  /// others.
+  void put_back(Message&& message, Clock::time_point now);
+  /// Of what waits there are messages that it gets newer ones for (StreamQueue).
+  [[nodiscard]] bool has_spare() const { return queue_.has_spare(); }
+  /// Gives those up. One that has stalled still has. @returns the messages
+  std::uint64_t give_up_spare();
 
   /// The client has read up to this position; one that was never reached counts as the newest.
   void credit(std::uint64_t read_bytes, Clock::time_point now);

@@ -19,11 +19,14 @@ std::string Followers::place_of(const Address& address) {
   return place;
 }
 
-bool Followers::has_room(const std::string& connection) const {
-  const auto count = std::count_if(attached_.begin(), attached_.end(), [&](const auto& one) {
-    return one.second->connection() == connection;
-  });
-  return static_cast<std::size_t>(count) < kMostOfConnection;
+Followers::OfConnection Followers::of_connection(const std::string& connection) const {
+  OfConnection found;
+  for (const auto& [place, follower] : attached_) {
+    if (follower->connection() != connection) continue;
+    ++found.streams;
+    found.group = follower->group;
+  }
+  return found;
 }
 
 Followers::Begun Followers::follow(const Address& address, Following wanted, std::uint64_t number,
@@ -45,11 +48,13 @@ Followers::Begun Followers::follow(const Address& address, Following wanted, std
     begun.answer.continued = true;
     found->second->stream.credit(wanted.read_bytes, now);
   } else if (!wanted.topics.empty()) {
-    if (!has_room(address.envelope.front())) {
-      begun.answer.is_taken = false;
+    const auto beside = of_connection(address.envelope.front());
+    if (beside.streams >= kMostOfConnection) {
+      begun.answer.taken = FollowAnswer::Taken::kTooManyStreams;
       return begun;
     }
     auto follower = std::make_unique<Follower>(Follower{number,
+                                                        beside.streams > 0 ? beside.group : number,
                                                         key,
                                                         address,
                                                         wanted.client,
@@ -72,8 +77,9 @@ Followers::Begun Followers::follow(const Address& address, Following wanted, std
   follower.stream.set_window(wanted.window_bytes);
   begun.answer.window_bytes = follower.stream.window();
   begun.answer.left_out = follower.stream.left_out();
-  begun.answer.is_taken = want(follower, wanted.topics, begun.fresh);
-  if (wanted.topics.empty() || !begun.answer.is_taken) {
+  if (!want(follower, wanted.topics, begun.fresh))
+    begun.answer.taken = FollowAnswer::Taken::kTooManyPrefixes;
+  if (wanted.topics.empty() || begun.answer.taken != FollowAnswer::Taken::kYes) {
     detach(found);
     return begun;
   }
@@ -84,16 +90,19 @@ Followers::Begun Followers::follow(const Address& address, Following wanted, std
 bool Followers::want(Follower& follower, const std::vector<Following::Topic>& topics,
                      std::vector<Following::Topic>& fresh) {
   std::set<std::string> wanted;
-  for (const auto& topic : topics) {
-    if (!wanted.insert(topic.prefix).second || follower.prefixes.contains(topic.prefix)) continue;
-    const auto noted =
-        subscriptions_.note(follower.number, message_of_subscription(1, topic.prefix));
-    if (noted != Subscriptions::Noted::kSubscription) return false;
-    fresh.push_back(topic);
-  }
+  for (const auto& topic : topics) wanted.insert(topic.prefix);
+  // First, so that other topics may take the place of as many as one may have.
   for (const auto& prefix : follower.prefixes) {
     if (!wanted.contains(prefix))
-      subscriptions_.note(follower.number, message_of_subscription(0, prefix));
+      subscriptions_.note(follower.number, message_of_subscription(0, prefix), follower.group);
+  }
+  std::set<std::string> seen = follower.prefixes;
+  for (const auto& topic : topics) {
+    if (!seen.insert(topic.prefix).second) continue;
+    const auto noted = subscriptions_.note(
+        follower.number, message_of_subscription(1, topic.prefix), follower.group);
+    if (noted != Subscriptions::Noted::kSubscription) return false;
+    fresh.push_back(topic);
   }
   follower.prefixes = std::move(wanted);
   return true;
@@ -176,14 +185,17 @@ const Followers::Follower* Followers::most_stalled(Clock::time_point now) const 
   return found;
 }
 
-/// The one that holds most of those that hold more than an equal share.
 template <class Condition>
 Followers::Follower* Followers::largest_of(std::uint64_t limit, const Condition& condition) const {
+  std::unordered_map<std::uint64_t, std::uint64_t> held_by;  // groups
+  for (const auto& [place, follower] : attached_)
+    held_by[follower->group] += follower->stream.held_bytes();
+  const std::uint64_t share = limit / std::max<std::size_t>(held_by.size(), 1);
   Follower* found = nullptr;
-  std::uint64_t most = limit / std::max<std::size_t>(attached_.size(), 1);
+  std::pair<std::uint64_t, std::uint64_t> most;  // of its connection, of itself
   for (const auto& [place, follower] : attached_) {
-    const std::uint64_t held = follower->stream.held_bytes();
-    if (held <= most || !condition(*follower)) continue;
+    const std::pair held{held_by[follower->group], follower->stream.held_bytes()};
+    if (held.first <= share || held <= most || !condition(*follower)) continue;
     found = follower.get();
     most = held;
   }
@@ -193,8 +205,8 @@ Followers::Follower* Followers::largest_of(std::uint64_t limit, const Condition&
 std::uint64_t Followers::withhold(std::uint64_t limit) {
   const std::lock_guard lock(mutex_);
   Follower* const largest =
-      largest_of(limit, [](const Follower& one) { return one.stream.waiting_bytes() > 0; });
-  return largest == nullptr ? 0 : largest->stream.give_up_waiting();
+      largest_of(limit, [](const Follower& one) { return one.stream.has_spare(); });
+  return largest == nullptr ? 0 : largest->stream.give_up_spare();
 }
 
 const Followers::Follower* Followers::largest(std::uint64_t limit, Clock::time_point now) const {

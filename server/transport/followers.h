@@ -42,7 +42,12 @@ struct FollowAnswer {
   bool continued = false;
   std::string cut_off;  // why it had ended; empty: it had not
   std::uint64_t left_out = 0, window_bytes = 0;
-  bool is_taken = true;  // false: there are too many prefixes of topics, the stream has ended
+  enum class Taken {
+    kYes,
+    // These have no stream then:
+    kTooManyStreams,   // of its connection
+    kTooManyPrefixes,  // of all, and its connection has most
+  } taken = Taken::kYes;
 };
 
 /// How one follower does.
@@ -66,6 +71,7 @@ class Followers {
 
   struct Follower {
     std::uint64_t number = 0;  // as a subscriber (Subscriptions)
+    std::uint64_t group = 0;   // those of its connection have the same (Subscriptions)
     std::string key;           // of the stream: who may continue it, and its name
     Address address;
     std::uint64_t client = 0;
@@ -105,22 +111,19 @@ class Followers {
   std::uint64_t publish(const std::string& topic, const SharedMessages& messages,
                         TopicSlots::Keep keep, Clock::time_point now);
   enum class Sent { kYes, kFull };
-  /// Sends what may be sent: @param send  is called with a follower and a message of it. One that
-  /// finds its connection full is left out, and counted; what waits behind it stays.
-  /// @returns messages that were left out
+  /// Sends what may be sent: @param send  is called with a follower and a message of it, which it
+  /// may take unless it returns kFull. One that finds its connection full waits for the next time,
+  /// with all behind it.
   template <class Send>
-  std::uint64_t pump(const Send& send, Clock::time_point now) {
+  void pump(const Send& send, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    std::uint64_t left_out = 0;
     for (auto& [place, follower] : attached_) {
       while (auto message = follower->stream.next(now)) {
         if (send(*follower, *message) == Sent::kYes) continue;
-        follower->stream.leave_out(std::move(*message), now);
-        ++left_out;
+        follower->stream.put_back(std::move(*message), now);
         break;
       }
     }
-    return left_out;
   }
   /// Those whose messages have been waiting without credit for this long.
   [[nodiscard]] std::vector<const Follower*> stalled(Clock::duration most,
@@ -128,11 +131,13 @@ class Followers {
   /// The one that has been so for longest; null: none.
   [[nodiscard]] const Follower* most_stalled(Clock::time_point now) const;
 
-  /// Gives up what waits for one that holds more than an equal share of `limit`: of those for which
-  /// anything waits the one that holds most. @returns the messages that were given up
+  // Connections have equal shares of `limit`, however many streams each has. The largest follower
+  // is, of the connection that holds most, and more than its share, the one that holds most.
+
+  /// Gives up what the largest can do without (StreamQueue), of those for which there is such.
+  /// @returns the messages that were given up
   std::uint64_t withhold(std::uint64_t limit);
-  /// Of those that hold more than an equal share of `limit` the one that holds most, first of those
-  /// that have stalled; null: none.
+  /// The largest, first of those that have stalled; null: none.
   [[nodiscard]] const Follower* largest(std::uint64_t limit, Clock::time_point now) const;
 
   [[nodiscard]] bool empty() const { return attached_.empty(); }
@@ -149,7 +154,11 @@ class Followers {
   using Attached = std::unordered_map<std::string, std::unique_ptr<Follower>>;
   /// Where requests with these frames come from: no two envelopes give the same.
   [[nodiscard]] static std::string place_of(const Address& address);
-  [[nodiscard]] bool has_room(const std::string& connection) const;  // with the lock
+  struct OfConnection {
+    std::size_t streams = 0;
+    std::uint64_t group = 0;
+  };
+  [[nodiscard]] OfConnection of_connection(const std::string& connection) const;  // with the lock
   template <class Condition>
   [[nodiscard]] Follower* largest_of(std::uint64_t limit, const Condition& condition) const;
   std::unique_ptr<Follower> detach(Attached::iterator found);  // with the lock

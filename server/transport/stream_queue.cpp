@@ -89,13 +89,37 @@ std::optional<StreamQueue::Message> StreamQueue::take() {
   turns_.pop_front();
   const auto found = topics_.find(topic);
   Topic& waiting = found->second;
-  std::shared_ptr<const StreamBytes> bytes = take_first(waiting).bytes;
+  const TopicSlots::Keep keep = waiting.keep;
+  Waiting first = take_first(waiting);
   if (waiting.messages.empty()) {
     topics_.erase(found);
   } else {
     turns_.push_back(topic);
   }
-  return Message{std::move(topic), std::move(bytes)};
+  return Message{std::move(topic), std::move(first.bytes), first.part, keep};
+}
+
+void StreamQueue::put_back(Message&& message) {
+  const auto [found, gone] = topics_.try_emplace(message.topic);
+  if (!gone) turns_.pop_back();  // take() had put it there
+  turns_.push_front(std::move(message.topic));
+  Topic& waiting = found->second;
+  waiting.keep = message.keep;
+  const std::uint64_t bytes = cost(*message.bytes);
+  waiting.messages.push_front({std::move(message.bytes), message.part});
+  waiting.bytes += bytes;
+  bytes_of(message.part) += bytes;
+}
+
+bool StreamQueue::has_spare() const {
+  return std::any_of(topics_.begin(), topics_.end(),
+                     [](const auto& one) { return has_spare(one.second); });
+}
+
+void StreamQueue::give_up_spare() {
+  for (auto& [name, topic] : topics_) {
+    for (; has_spare(topic); ++given_up_) take_first(topic);
+  }
 }
 
 void StreamQueue::clear() {

@@ -37,13 +37,31 @@ class StreamQueue {
   /// all that waits in order is given up for them.
   void put_newest(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
 
+  /// Of messages, by what bounds them.
+  enum class Part : std::uint8_t {
+    kNewest,
+    kBegin,  // of one publication a topic
+    kFirst,  // of one publication of kOrder, which found none waiting
+    kAfter,  // of kOrder, too: within the limit
+  };
   struct Message {
     std::string topic;
     std::shared_ptr<const StreamBytes> bytes;
+    // How it waited, for put_back().
+    Part part = Part::kNewest;
+    TopicSlots::Keep keep = TopicSlots::Keep::kNewest;
   };
   /// The next one.
   std::optional<Message> take();
+  /// It is the next one again, as if it had not been taken. Nothing may have been put since.
+  void put_back(Message&& message);
 
+  /// Messages in order that something newer of their topic stands for: all but what begins a topic,
+  /// or, where that is continued already, the newest one. Who gets that one sees that it misses
+  /// others. Of kNewest there are none.
+  [[nodiscard]] bool has_spare() const;
+  /// Gives those up.
+  void give_up_spare();
   /// Gives up all that waits.
   void clear();
   [[nodiscard]] bool empty() const { return turns_.empty(); }
@@ -54,13 +72,6 @@ class StreamQueue {
   [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
 
  private:
-  /// Of messages, by what bounds them.
-  enum class Part : std::uint8_t {
-    kNewest,
-    kBegin,  // of one publication a topic
-    kFirst,  // of one publication of kOrder, which found none waiting
-    kAfter,  // of kOrder, too: within the limit
-  };
   struct Waiting {
     std::shared_ptr<const StreamBytes> bytes;
     Part part = Part::kNewest;
@@ -77,6 +88,9 @@ class StreamQueue {
   }
   [[nodiscard]] std::uint64_t bytes_of(Part part) const {
     return bytes_[static_cast<std::size_t>(part)];
+  }
+  [[nodiscard]] static bool has_spare(const Topic& topic) {
+    return topic.keep == TopicSlots::Keep::kOrder && topic.messages.size() > 1;
   }
   Waiting take_first(Topic& topic);
   void give_up(Topic& topic);

@@ -17,7 +17,8 @@ bool has_prefix_of(std::string_view topic, const Prefixes& prefixes) {
 
 }  // namespace
 
-Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_view message) {
+Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_view message,
+                                         std::uint64_t group) {
   if (message.empty() || (message[0] != 0 && message[0] != 1)) return Noted::kNothing;
   const std::string prefix(message.substr(1));
   const std::unique_lock lock(mutex_);
@@ -27,6 +28,7 @@ Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_v
     return Noted::kNothing;
   }
   Subscriber& subscriber = subscribers_[connection];
+  subscriber.group = group != 0 ? group : connection;
   if (subscriber.is_cut_off) return Noted::kNothing;
   const bool is_new_of_all = !prefixes_.contains(prefix);
   if (!subscriber.prefixes.contains(prefix) &&
@@ -38,7 +40,7 @@ Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_v
   return prefix.size() <= kLongestTopic ? Noted::kSubscription : Noted::kNothing;
 }
 
-/// @returns false where no other connection has more than this one
+/// @returns false where none has more than this one
 bool Subscriptions::make_room_for(std::uint64_t connection) {
   while (prefixes_.size() >= kMaxPrefixes) {
     const std::uint64_t most = greediest(connection);
@@ -52,12 +54,18 @@ bool Subscriptions::make_room_for(std::uint64_t connection) {
   return true;
 }
 
-/// The connection with most prefixes; of several the given one, else the oldest.
+/// Of the group with most prefixes the one with most; of several the given one, else the oldest.
 std::uint64_t Subscriptions::greediest(std::uint64_t of_equals) const {
+  std::unordered_map<std::uint64_t, std::size_t> of_groups;
+  for (const auto& [connection, subscriber] : subscribers_)
+    of_groups[subscriber.group] += subscriber.prefixes.size();
+  const auto count_of = [&](const Subscriber& subscriber) {
+    return std::pair{of_groups.at(subscriber.group), subscriber.prefixes.size()};
+  };
   std::uint64_t found = of_equals;
-  std::size_t most = subscribers_.at(of_equals).prefixes.size();
+  auto most = count_of(subscribers_.at(of_equals));
   for (const auto& [connection, subscriber] : subscribers_) {
-    const std::size_t count = subscriber.prefixes.size();
+    const auto count = count_of(subscriber);
     if (count < most || (count == most && (found == of_equals || connection > found))) continue;
     found = connection;
     most = count;

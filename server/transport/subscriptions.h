@@ -10,11 +10,12 @@
 
 namespace limber::server {
 
-/// What subscribers asked for: prefixes of topics, by connection. Thread-safe.
+/// What subscribers asked for: prefixes of topics, by connection, or by stream where a connection
+/// has several. Thread-safe.
 class Subscriptions {
  public:
   static constexpr std::size_t kLongestTopic = 128;   // longer prefixes match no topic of ours
-  static constexpr std::size_t kMaxOfOne = 1024;      // prefixes of one connection
+  static constexpr std::size_t kMaxOfOne = 1024;      // prefixes of one
   static constexpr std::size_t kMaxPrefixes = 65536;  // different ones, of all
 
   enum class Noted {
@@ -22,12 +23,14 @@ class Subscriptions {
     kTooMany,  // not noted; reported once per connection, whose messages are ignored from then on
     kNothing
   };
-  /// @param connection  Peer::number
+  /// @param connection  Peer::number; of a stream a number of its own
   /// @param message  from the XPUB socket: 1 or 0, then the prefix
-  Noted note(std::uint64_t connection, std::string_view message);
-  /// Connections that had to make room, each reported once: where all together have kMaxPrefixes,
-  /// the one that has most gives all of its own for a new one of another. Messages of it are
-  /// ignored from then on.
+  /// @param group  whose members make room together: streams of a connection; 0: it is alone. A
+  /// number of one of them, and always the same
+  Noted note(std::uint64_t connection, std::string_view message, std::uint64_t group = 0);
+  /// Those that had to make room, each reported once: where all together have kMaxPrefixes, of the
+  /// group that has most the one that has most gives all of its own for a new one of another.
+  /// Messages of it are ignored from then on.
   [[nodiscard]] std::vector<std::uint64_t> take_displaced();
   /// The connection has ended.
   void forget(std::uint64_t connection);
@@ -38,6 +41,7 @@ class Subscriptions {
  private:
   struct Subscriber {
     std::unordered_set<std::string> prefixes;
+    std::uint64_t group = 0;
     bool is_cut_off = false;
   };
   void release(const std::string& prefix);

@@ -42,9 +42,9 @@ struct TransportOptions {
   int stream_queue = 4;  // messages per subscriber, > 0
   // Stream messages that may wait for one follower; a publication more may wait. > 0
   std::uint64_t stream_bytes = 64ull << 20;
-  // And that anybody may leave unread, each counted once: beyond it each publication has the
-  // follower cut off that has stalled for longest, and a second at least; where none has, what
-  // waits for those that hold most is given up; and subscribers get no large ones. > 0
+  // And that anybody may leave unread, each counted once: beyond it each publication has a follower
+  // cut off that has stalled for a second at least; where none has, those that hold most lose what
+  // newer changes continue, then their connections; and subscribers get no large ones. > 0
   std::uint64_t stream_total_bytes = 1ull << 30;
   // A follower that gives no credit for so long while messages wait is cut off. > 0
   std::chrono::milliseconds stalled_after{30'000};

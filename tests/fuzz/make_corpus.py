@@ -374,6 +374,7 @@ def frames():
 
 
 def streams():
+    yield "full", b"b" + bytes((5, 1, 2, 10, 20, 0, 2, 4, 1, 0, 3, 200, 200, 200, 1, 0, 0, 3, 200, 200, 200, 1, 6, 2, 199, 5, 2, 1, 30, 0, 3))
     yield "one", b"b" + bytes((0, 1, 2, 10, 20, 0, 0, 2, 3, 1, 2, 3, 1, 2, 0, 3, 255, 9, 4, 70, 0, 0, 1, 200, 2))
     request = follow_pb2.FollowRequest(stream="s", read_bytes=7, window_bytes=100000, instance="run")
     request.topics.add(prefix="a", after=1)
@@ -382,6 +383,8 @@ def streams():
     publish = bytes((3, 1, 2, 10, 20, 0))
     yield "clients", (b"s" + bytes((0, 1, 3)) + b"\x01ab" + bytes((1, 0, len(follow))) + follow + publish + bytes((2, 4)) + publish +
                       bytes((1, 1, len(follow))) + follow + bytes((0, 1, 3)) + b"\x00ab" + bytes((2, 0)))
+    in_vain = bytes((4, 0, 1, 3, 200, 200, 200, 1))
+    yield "proxied", b"s" + bytes((1, 4, len(follow))) + follow + bytes((1, 9, len(follow))) + follow + in_vain + in_vain + bytes((5, 1)) + publish
 
 
 def main():

@@ -1,7 +1,8 @@
 // What subscribers and followers send, against what is published meanwhile. The first byte chooses:
-//   b  a stream and its queue: bytes that each are a step (put, send, read, begin again)
+//   b  a stream and its queue: bytes that each are a step (put, send, find the network full, read,
+//      give up, begin again)
 //   s  steps of several clients, as bytes: subscriptions as libzmq hands them on, FollowRequests,
-//      ends of connections, publications
+//      some by a proxy, ends of connections, publications, some to full connections, relief
 #include <algorithm>
 #include <cstring>
 #include <deque>
@@ -73,6 +74,30 @@ class CountedStream {
       under_way_.push_back(sent_bytes_);
     }
   }
+  /// So often the network is full.
+  void send_in_vain(unsigned times) {
+    for (; times > 0; --times) {
+      auto message = stream_.next(kNow);
+      if (!message) return;
+      const auto bytes = message->bytes;
+      const std::uint64_t position = message->sent_bytes;
+      stream_.put_back(std::move(*message), kNow);
+      auto again = stream_.next(kNow);
+      if (!again || again->bytes != bytes || again->sent_bytes != position)
+        fuzz::finding("what was put back is not the next one");
+      stream_.put_back(std::move(*again), kNow);
+      if (stream_.unread_bytes() > 0 && under_way_.empty())
+        fuzz::finding("what was put back is unread");
+    }
+  }
+  void give_up() {
+    const bool waits = stream_.waiting_bytes() > 0;
+    const std::uint64_t before = stream_.left_out();
+    if (before + stream_.give_up_spare() != stream_.left_out())
+      fuzz::finding("what was given up is not what was counted");
+    if (stream_.has_spare() || waits != (stream_.waiting_bytes() > 0))
+      fuzz::finding("too little was given up, or all");
+  }
   /// How far a client says to be, which may be a lie.
   std::uint64_t position(Steps& steps) {
     std::uint64_t position = 0;
@@ -118,7 +143,7 @@ class CountedStream {
 void step_stream(Steps steps) {
   CountedStream stream;
   while (!steps.at_end()) {
-    switch (steps.take() % 5) {
+    switch (steps.take() % 7) {
       case 0:
       case 1:
         stream.put(steps);
@@ -128,6 +153,13 @@ void step_stream(Steps steps) {
         break;
       case 3:
         stream.begin_again(stream.position(steps));
+        break;
+      case 5:
+        stream.put(steps);
+        stream.send_in_vain(steps.take() % 4);
+        break;
+      case 6:
+        stream.give_up();
         break;
       default:
         stream.set_window(steps.take() * std::uint64_t{1024});
@@ -150,14 +182,17 @@ class Clients {
       fuzz::finding("a subscription was noted, but is none");
   }
   void follow(Steps& steps) {
-    const std::string client(1, static_cast<char>('A' + steps.take() % 4));
+    const unsigned who = steps.take();
+    std::vector<std::string> envelope{std::string(1, static_cast<char>('A' + who % 4))};
+    for (unsigned behind = who / 4 % 4; behind > 0; --behind)
+      envelope.emplace_back(behind - 1, 'p');
     const std::string_view bytes = steps.take(steps.take());
     fuzz::answers([&] {
       proto::FollowRequest request;
       server::check_wire(bytes, *proto::FollowRequest::descriptor());
       if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
         throw server::malformed("no request");
-      const server::Address address{{client}, 0, 0, server::Role::kView, ""};
+      const server::Address address{std::move(envelope), 0, 0, server::Role::kView, ""};
       const auto begun =
           followers_.follow(address, server::following_of(request, "run"), ++last_, kNow);
       // One that ended, or was not there, counts from 0.
@@ -176,18 +211,31 @@ class Clients {
     followers_.end_connection(std::string(1, static_cast<char>('A' + client - 4)),
                               "its connection had ended");
   }
-  void publish(Steps& steps) {
+  /// @param most  messages that the network takes
+  void publish(Steps& steps, unsigned most = ~0u) {
     const std::string topic = steps.topic();
     const auto messages = steps.messages();
     followers_.publish(topic, messages, steps.keep(), kNow);
     followers_.pump(
         [&](const auto& follower, const auto& message) {
+          if (most == 0) return server::Followers::Sent::kFull;
+          --most;
           std::uint64_t& before = positions_[follower.key];
           if (message.sent_bytes <= before) fuzz::finding("a position that is not behind the last");
           before = message.sent_bytes;
           return server::Followers::Sent::kYes;
         },
         kNow);
+  }
+  /// Messages are given up as long as there are any, then the largest follower.
+  void relieve(Steps& steps) {
+    const std::uint64_t limit = steps.take() * std::uint64_t{64};
+    while (followers_.withhold(limit) > 0) {
+    }
+    const auto* largest = followers_.largest(limit, kNow);
+    if (largest == nullptr) return;
+    if (largest->stream.held_bytes() == 0) fuzz::finding("the largest holds nothing");
+    followers_.end(*largest, "too much was unread");
   }
   void end_all() {
     for (std::uint64_t client = 1; client <= 4; ++client) subscriptions_.forget(client);
@@ -209,7 +257,7 @@ class Clients {
 void step_clients(Steps steps) {
   Clients clients;
   while (!steps.at_end()) {
-    switch (steps.take() % 4) {
+    switch (steps.take() % 6) {
       case 0:
         clients.subscribe(steps);
         break;
@@ -218,6 +266,12 @@ void step_clients(Steps steps) {
         break;
       case 2:
         clients.end(steps);
+        break;
+      case 4:
+        clients.publish(steps, steps.take() % 4);
+        break;
+      case 5:
+        clients.relieve(steps);
         break;
       default:
         clients.publish(steps);

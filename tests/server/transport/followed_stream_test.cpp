@@ -153,6 +153,29 @@ TEST_F(FollowedStreams, WhatWasUnderWayAtTheEndOfAConnectionIsLeftOut) {
   EXPECT_GT(next->sent_bytes, newest);  // positions go on
 }
 
+TEST_F(FollowedStreams, WhatIsPutBackWasNeverSent) {
+  stream.put("a", one(100, '0'), Keep::kNewest, kBegin);
+  EXPECT_EQ(send_all(), "0");
+  const std::uint64_t position = newest;
+  stream.put("a", one(20 * kWindow, '1'), Keep::kNewest, kBegin);
+  stream.put("b", one(10, '2'), Keep::kNewest, kBegin);
+  for (int i = 0; i < 2; ++i) {
+    auto message = stream.next(kBegin);
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->bytes->front(), '1');
+    EXPECT_GT(stream.unwritten_bytes(), 20 * kWindow);
+    stream.put_back(std::move(*message), kBegin);
+    EXPECT_EQ(stream.sent(), 1u);
+    EXPECT_EQ(stream.unread_bytes(), position);
+    EXPECT_EQ(stream.unwritten_bytes(), 0u);
+    EXPECT_EQ(stream.stalled_for(kBegin + seconds(9)), seconds(0));
+  }
+  stream.put("a", one(10, '3'), Keep::kNewest, kBegin);  // newer than what came back
+  EXPECT_EQ(send_all(), "32");
+  EXPECT_EQ(newest, position + 22);
+  EXPECT_EQ(stream.left_out(), 1u);
+}
+
 TEST_F(FollowedStreams, TheWindowHasBounds) {
   for (const auto& [wanted, taken] :
        {std::pair{std::uint64_t{0}, FollowedStream::kWindow},

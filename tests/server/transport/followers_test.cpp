@@ -8,6 +8,7 @@ namespace {
 using Keep = TopicSlots::Keep;
 using Clock = Followers::Clock;
 using Strings = std::vector<std::string>;
+using Taken = FollowAnswer::Taken;
 
 const Clock::time_point kNow{};
 
@@ -29,8 +30,8 @@ struct FollowersOfStreams : ::testing::Test {
     for (const auto& topic : begun.fresh) fresh.push_back(topic.prefix);
     return begun.answer;
   }
-  void publish(const std::string& topic, const std::string& text) {
-    followers.publish(topic, shared({text}), Keep::kNewest, kNow);
+  void publish(const std::string& topic, const std::string& text, Keep keep = Keep::kNewest) {
+    followers.publish(topic, shared({text}), keep, kNow);
   }
   /// What is sent, "client:text".
   Strings sent() {
@@ -176,48 +177,66 @@ TEST_F(FollowersOfStreams, FramesThatAreOtherwiseDividedAreAnotherPlace) {
 
 TEST_F(FollowersOfStreams, AConnectionHasNotAnyNumberOfStreams) {
   for (std::size_t i = 0; i < Followers::kMostOfConnection; ++i)
-    ASSERT_TRUE(follow_from({"A", std::to_string(i)}, std::to_string(i), {"x"}).is_taken);
-  EXPECT_FALSE(follow_from({"A", "more"}, "more", {"x"}).is_taken);
+    ASSERT_EQ(follow_from({"A", std::to_string(i)}, std::to_string(i), {"x"}).taken, Taken::kYes);
+  EXPECT_EQ(follow_from({"A", "more"}, "more", {"x"}).taken, Taken::kTooManyStreams);
   EXPECT_TRUE(follow_from({"A", "0"}, "0", {"x"}).continued);
-  EXPECT_TRUE(follow_from({"B", "more"}, "more", {"x"}).is_taken);
+  EXPECT_EQ(follow_from({"B", "more"}, "more", {"x"}).taken, Taken::kYes);
 }
 
-TEST_F(FollowersOfStreams, WhatFindsTheConnectionFullIsCountedAsLeftOut) {
+TEST_F(FollowersOfStreams, WhatFindsTheConnectionFullWaits) {
   follow("A", "a", {"x", "y"});
+  follow("B", "b", {"x"});
   publish("x", "one");
   publish("y", "two");
-  const auto full = [](const auto&, const auto&) { return Followers::Sent::kFull; };
-  EXPECT_EQ(followers.pump(full, kNow), 1u) << "what waits behind it stays";
-  EXPECT_EQ(sent(), Strings{"A:two"});
-  const auto uses = followers.uses(1, kNow);
-  EXPECT_EQ(uses[0].left_out, 1u);
-  EXPECT_EQ(uses[0].sent, 1u);
-  EXPECT_EQ(uses[0].unread_bytes, std::string("ytwo").size());
-  EXPECT_EQ(follow("A", "a", {"x", "y"}, newest).left_out, 1u);
-  EXPECT_EQ(followers.uses(1, kNow)[0].unread_bytes, 0u);
+  int tried = 0;
+  Strings other;
+  const auto full = [&](const auto& follower, const auto& message) {
+    if (follower.connection() == "A") return ++tried, Followers::Sent::kFull;
+    other.push_back(*message.bytes);
+    return Followers::Sent::kYes;
+  };
+  for (int i = 0; i < 3; ++i) followers.pump(full, kNow);
+  EXPECT_EQ(tried, 3) << "one message each time";
+  EXPECT_EQ(other, Strings{"one"}) << "others are not held up";
+  EXPECT_EQ(followers.most_stalled(kNow + std::chrono::seconds(5)), nullptr)
+      << "it has not been sent anything that it could read";
+  EXPECT_EQ(sent(), (Strings{"A:one", "A:two"})) << "nothing is lost";
+  EXPECT_EQ(follow("A", "a", {"x", "y"}, newest).left_out, 0u);
+  for (const auto& use : followers.uses(2, kNow)) {
+    EXPECT_EQ(use.left_out, 0u);
+    EXPECT_EQ(use.sent, use.topics);
+  }
 }
 
-TEST_F(FollowersOfStreams, WhatWaitsForTheLargestIsGivenUpFirst) {
-  follow("A", "a", {"x", "y"});
+TEST_F(FollowersOfStreams, TheNewestOfATopicStaysWhereMemoryIsShort) {
+  follow("A", "a", {"x", "changes"});
   follow("B", "b", {"x"});
   follow("C", "c", {"z"});
   const std::string large(FollowedStream::kWindow, '.');
   publish("x", "one" + large);
   ASSERT_EQ(sent(), (Strings{"A:one", "B:one"}));  // the window is full
   publish("x", "two" + large);
-  publish("y", "thr" + large);
+  publish("changes", "beg" + large, Keep::kBegin);
+  publish("changes", "mid" + large, Keep::kOrder);
+  publish("changes", "end" + large, Keep::kOrder);
   publish("z", "fou");
-  const std::uint64_t limit = 3 * large.size();  // a third of it each
-  EXPECT_EQ(followers.withhold(limit), 2u);
-  EXPECT_EQ(followers.withhold(limit), 1u);
-  EXPECT_EQ(followers.withhold(limit), 0u) << "C holds little";
+  const std::uint64_t limit = 2 * large.size();
+  EXPECT_EQ(followers.withhold(limit), 2u) << "what is continued";
+  EXPECT_EQ(followers.withhold(limit), 0u) << "B has only the newest, C holds little";
   EXPECT_EQ(sent(), Strings{"C:fou"});
   const auto uses = followers.uses(3, kNow);
-  EXPECT_EQ(uses[0].left_out + uses[1].left_out, 3u);
-  EXPECT_EQ(uses[2].left_out, 0u);
-  EXPECT_EQ(followers.largest(limit, kNow), nullptr) << "all is written";
+  EXPECT_EQ(uses[0].left_out, 2u);
+  EXPECT_EQ(uses[1].left_out + uses[2].left_out, 0u);
   const auto later = kNow + std::chrono::seconds(5);
   EXPECT_EQ(followers.stalled(std::chrono::seconds(5), later).size(), 2u) << "they still are";
+  Strings rest;
+  for (int i = 0; i < 2; ++i) {  // they go on reading
+    follow("A", "a", {"x", "changes"}, ~0ull);
+    follow("B", "b", {"x"}, ~0ull);
+    for (const auto& one : sent()) rest.push_back(one);
+  }
+  std::sort(rest.begin(), rest.end());
+  EXPECT_EQ(rest, (Strings{"A:end", "A:two", "B:two"}));
 }
 
 TEST_F(FollowersOfStreams, TheLargestIsTheOneWithMostUnwrittenOfThoseThatHaveStalledFirst) {
@@ -248,9 +267,71 @@ TEST_F(FollowersOfStreams, TheLargestIsTheOneWithMostUnwrittenOfThoseThatHaveSta
 TEST_F(FollowersOfStreams, TooManyPrefixesEndAStream) {
   Strings many(Subscriptions::kMaxOfOne + 1);
   for (std::size_t i = 0; i < many.size(); ++i) many[i] = std::to_string(i);
-  EXPECT_FALSE(follow("A", "a", many).is_taken);
+  EXPECT_EQ(follow("A", "a", many).taken, Taken::kTooManyPrefixes);
   EXPECT_TRUE(followers.empty());
   EXPECT_FALSE(subscriptions.has_subscriber("1"));
+}
+
+TEST_F(FollowersOfStreams, AsManyOtherPrefixesTakeThePlaceOfThoseThatThereWere) {
+  Strings many(Subscriptions::kMaxOfOne), others(many);
+  for (std::size_t i = 0; i < many.size(); ++i) {
+    many[i] = "x" + std::to_string(i);
+    others[i] = "y" + std::to_string(i);
+  }
+  ASSERT_EQ(follow("A", "a", many).taken, Taken::kYes);
+  EXPECT_EQ(follow("A", "a", others).taken, Taken::kYes);
+  EXPECT_FALSE(subscriptions.has_subscriber("x0"));
+  EXPECT_TRUE(subscriptions.has_subscriber("y0"));
+}
+
+TEST_F(FollowersOfStreams, PrefixesCountByConnection) {
+  Strings many(1000);
+  std::size_t last_prefix = 0;
+  const auto others = [&](std::size_t count) {
+    many.resize(count);
+    for (auto& prefix : many) prefix = std::to_string(++last_prefix);
+    return many;
+  };
+  ASSERT_EQ(follow("honest", "h", others(1000)).taken, Taken::kYes);
+  for (int i = 0; i < 80; ++i)  // more of them, each with fewer
+    ASSERT_EQ(follow_from({"A", std::to_string(i)}, std::to_string(i), others(800)).taken,
+              Taken::kYes);
+  EXPECT_TRUE(subscriptions.take_displaced().empty());
+  // Beyond 65,536 one of the same connection makes room, then one for another client.
+  for (const Strings& envelope : {Strings{"A", "80"}, Strings{"B"}}) {
+    EXPECT_EQ(follow_from(envelope, envelope.back(), others(800)).taken, Taken::kYes);
+    const auto displaced = subscriptions.take_displaced();
+    ASSERT_EQ(displaced.size(), 1u);
+    const auto* follower = followers.of_number(displaced[0]);
+    ASSERT_NE(follower, nullptr);
+    EXPECT_EQ(follower->connection(), "A");
+    followers.end(*follower, "too many");
+  }
+}
+
+TEST_F(FollowersOfStreams, SharesOfMemoryAreOfConnections) {
+  constexpr std::uint64_t kMegabyte = 1 << 20;
+  std::vector<FollowedStream::Message> unwritten;
+  const auto take = [&](const std::string& topic, std::uint64_t bytes) {
+    publish(topic, std::string(bytes, '.'));
+    followers.pump(
+        [&](const auto&, auto& message) {
+          unwritten.push_back(std::move(message));
+          return Followers::Sent::kYes;
+        },
+        kNow);
+  };
+  follow("honest", "h", {"h"});
+  for (int i = 0; i < 9; ++i)
+    follow_from({"A", std::to_string(i)}, std::to_string(i), {"a" + std::to_string(i)});
+  take("h", 4 * kMegabyte);
+  for (int i = 0; i < 9; ++i) take("a" + std::to_string(i), (i == 5 ? 2 : 1) * kMegabyte);
+  const auto* largest = followers.largest(9 * kMegabyte, kNow);
+  ASSERT_NE(largest, nullptr);
+  EXPECT_EQ(largest->address.envelope, (Strings{"A", "5"}));
+  follow_from({"honest", "2"}, "h2", {"h2"});  // another stream is no other share
+  EXPECT_EQ(followers.largest(9 * kMegabyte, kNow), largest);
+  EXPECT_EQ(followers.largest(21 * kMegabyte, kNow), nullptr);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "limber/v1/follow.pb.h"
+#include "server/transport/followers.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {
@@ -75,6 +76,23 @@ struct ProxiedFollowers : ::testing::Test {
   zmq::socket_t proxy{context, ZMQ_DEALER};
   std::uint64_t last = 0;
 };
+
+TEST_F(ProxiedFollowers, AreToldWhatThereAreTooManyOf) {
+  for (std::size_t i = 0; i <= Followers::kMostOfConnection; ++i) follow(std::to_string(i));
+  proxy.set(zmq::sockopt::rcvtimeo, 20'000);
+  const std::string last_one = std::to_string(Followers::kMostOfConnection);
+  std::vector<zmq::message_t> frames;
+  while (frames.size() != 3 || frames[0].to_string() != last_one) {
+    frames.clear();
+    ASSERT_TRUE(zmq::recv_multipart(proxy, std::back_inserter(frames))) << "nothing comes";
+  }
+  proto::Reply reply;
+  ASSERT_TRUE(reply.ParseFromString(frames[2].to_string()));
+  ASSERT_TRUE(reply.has_error());
+  EXPECT_EQ(reply.error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_EQ(reply.error().field(), "follow.stream");
+  EXPECT_EQ(reply.error().details().at("limit"), last_one);
+}
 
 TEST_F(ProxiedFollowers, HaveAStreamEach) {
   follow("one");

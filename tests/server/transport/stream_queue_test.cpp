@@ -138,6 +138,47 @@ TEST(StreamQueue, OnePublicationOfFramesMayBeLargerThanTheLimit) {
   EXPECT_EQ(queue.bytes(), 0u);
 }
 
+TEST(StreamQueue, WhatIsPutBackIsAsItWas) {
+  for (const Keep keep : {Keep::kNewest, Keep::kBegin, Keep::kOrder}) {
+    StreamQueue queue(3000);
+    queue.put("a", messages({"1", "2"}), keep);
+    queue.put("b", messages({"3"}), Keep::kNewest);
+    queue.put("c", messages({of_cost(2000, 'c')}), Keep::kOrder);
+    const std::uint64_t bytes = queue.bytes();
+    for (int i = 0; i < 2; ++i) queue.put_back(std::move(*queue.take()));
+    EXPECT_EQ(queue.bytes(), bytes);
+    // Parts, too: what is behind a first one in order counts.
+    EXPECT_EQ(queue.put("c", messages({of_cost(2700, 'd')}), Keep::kOrder),
+              keep == Keep::kOrder ? Put::kOverflow : Put::kTaken);
+    EXPECT_EQ(take_all(queue).front(), "a:1");
+    queue.put("b", messages({"4"}), keep);
+    queue.put_back(std::move(*queue.take()));  // the only one
+    queue.put("b", messages({"5"}), Keep::kNewest);
+    EXPECT_EQ(take_all(queue), Strings{"b:5"});
+    EXPECT_EQ(queue.bytes(), 0u);
+    EXPECT_EQ(queue.given_up(), 1u);
+  }
+}
+
+TEST(StreamQueue, WhatIsSpareHasNewerOnesOfItsTopicBehindIt) {
+  StreamQueue queue(1 << 20);
+  queue.put("motion", messages({"m1", "m2"}), Keep::kNewest);
+  queue.put("begun", messages({"b1", "b2"}), Keep::kBegin);
+  EXPECT_FALSE(queue.has_spare());
+  queue.give_up_spare();
+  EXPECT_EQ(queue.given_up(), 0u);
+  queue.put("continued", messages({"c1", "c2"}), Keep::kBegin);
+  for (const char* text : {"c3", "c4"}) queue.put("continued", messages({text}), Keep::kOrder);
+  EXPECT_TRUE(queue.has_spare());
+  queue.give_up_spare();
+  EXPECT_FALSE(queue.has_spare());
+  EXPECT_EQ(queue.given_up(), 3u);
+  queue.put("continued", messages({"c5"}), Keep::kOrder);
+  EXPECT_EQ(take_all(queue), (Strings{"motion:m1", "begun:b1", "continued:c4", "motion:m2",
+                                      "begun:b2", "continued:c5"}));
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
 TEST(StreamQueue, AMessageOutlivesItsPublication) {
   StreamQueue queue(1 << 20);
   queue.put("a", messages({"1", "2"}), Keep::kNewest);

@@ -161,6 +161,22 @@ TEST(Subscriptions, OfAllTogetherAreBounded) {
   subscriptions.forget(1);
 }
 
+TEST(Subscriptions, GroupsMakeRoomTogether) {
+  using Noted = Subscriptions::Noted;
+  Subscriptions subscriptions;
+  for (int i = 0; i < 65536; ++i) {  // 66 of 1000, but for one: of 500 each, two of them a group
+    const int one = 1 + i / 1000;
+    const bool is_grouped = one == 7;
+    const auto number = static_cast<std::uint64_t>(is_grouped && i % 2 == 0 ? 1007 : one);
+    ASSERT_EQ(subscriptions.note(number, fmt::format("\1{}", i), is_grouped ? 1007 : 0),
+              Noted::kSubscription);
+  }
+  ASSERT_EQ(subscriptions.note(1007, "\0010", 1007), Noted::kSubscription);  // known: one more
+  EXPECT_EQ(subscriptions.note(100, "\1new"), Noted::kSubscription);
+  EXPECT_EQ(subscriptions.take_displaced(), std::vector<std::uint64_t>{1007});
+  EXPECT_TRUE(subscriptions.has_subscriber("6001"));  // the other one of the group
+}
+
 TEST(Subscriptions, WhoHasMostMakesRoomForNobodyElse) {
   using Noted = Subscriptions::Noted;
   Subscriptions subscriptions;
