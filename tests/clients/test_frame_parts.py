@@ -90,6 +90,17 @@ def test_a_server_that_knows_no_parts_sends_it_whole(motions):
     assert len(motions.asked) == 1
 
 
+def test_a_part_without_frames_is_an_error(motions):
+    def empty(request):
+        answer = motions(request)
+        if request.result_sequence:
+            answer.frames.frame_count, answer.frames_left = 0, 7
+        return answer
+
+    with pytest.raises(LimberError, match="no frames"):
+        frame_parts.fetch(empty, service.GetFramesRequest())
+
+
 def test_other_refusals_are_the_callers(motions):
     def closed(request):
         raise LimberError("NOT_FOUND", "the session is closed", "session")

@@ -45,8 +45,8 @@ def test_all_parts_are_of_one_result_while_somebody_drags(server, monkeypatch):
             answers.clear()
             frames = session.raw_frames(encoding="positions")
             assert frames.frame_count == FRAMES and arrays.to_numpy(frames.data, "frames").shape == (FRAMES, 63, 3)
-            assert len(answers) == 3 and {one.frames.result.sequence for one in answers} == {frames.result.sequence}
-            assert [one.frames_left > 0 for one in answers] == [True, True, False]
+            assert len(answers) >= 3 and {one.frames.result.sequence for one in answers} == {frames.result.sequence}
+            assert [one.frames_left > 0 for one in answers] == [True] * (len(answers) - 1) + [False]
             seen.add(frames.result.sequence)
     finally:
         stop.set()
