@@ -3,42 +3,83 @@
 #include <chrono>
 #include <cstdint>
 #include <list>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "server/wire/frame_source.h"
 
 namespace limber::server {
 
 /// The results of one session that clients fetch in parts, kept so that all parts of a motion are
-/// of the same one although edits continue. Any thread.
+/// of the same one although edits continue, with the bases of their coordinates. Any thread.
 class FrameTransfers {
  public:
   using Clock = std::chrono::steady_clock;
-  /// Results at a time; the one that was asked for longest ago goes.
-  static constexpr std::size_t kMostResults = 8;
-  /// One that nobody has asked for so long goes when the next transfer begins.
+  /// Bytes of all results and bases that are kept; one result always has room.
+  static constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+  /// One that nobody has asked for so long goes with the next sweep.
   static constexpr std::chrono::seconds kPatience{60};
+  /// The same where the last part of it was asked for last: it may be asked for again, and so may
+  /// its basis.
+  static constexpr std::chrono::seconds kPatienceBehindLast{10};
 
-  /// Parts of this result will be asked for.
-  void begin(std::shared_ptr<const FrameSource> result, Clock::time_point now);
+  explicit FrameTransfers(std::uint64_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
+
+  /// Where there is no room even without results whose last part was fetched.
+  enum class WithoutRoom {
+    kBeginNone,
+    kDisplace,  // the one that was asked for longest ago goes
+  };
+  /// Parts of this result will be asked for. Where there is no room for it, they are of an earlier
+  /// one that shows the same revision, if neither it nor another like it is final.
+  /// @returns the result that they are of; null: none has begun
+  [[nodiscard]] std::shared_ptr<const FrameSource> begin(std::shared_ptr<const FrameSource> result,
+                                                         WithoutRoom without,
+                                                         Clock::time_point now);
   /// @param sequence  of a result whose transfer has begun
   /// @throws Error{kFailedPrecondition, "result_sequence"}
   [[nodiscard]] std::shared_ptr<const FrameSource> find(std::uint64_t sequence,
                                                         Clock::time_point now);
-  /// The last part was made: of as many transfers as have begun.
-  void end(std::uint64_t sequence);
+  /// The last part of it was made, by one of those that fetch it.
+  void note_last(std::uint64_t sequence);
+  /// The newest result with frames of this basis; null: there is none.
+  [[nodiscard]] std::shared_ptr<const FrameSource> find_basis(const std::string& basis_hash,
+                                                              Clock::time_point now);
+  /// Lets those go that nobody asks for any more. @returns whether there were any
+  bool sweep(Clock::time_point now);
+  /// Of all that are kept [bytes], besides what the session has anyway.
+  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   struct Kept {
     std::shared_ptr<const FrameSource> result;
-    int transfers = 0;
     Clock::time_point asked;
+    bool is_last_made = false;  // and nothing was asked for since
   };
-  std::list<Kept>::iterator look_up(std::uint64_t sequence);  // with the lock
+  using List = std::list<Kept>;
 
-  std::mutex mutex_;
-  std::list<Kept> kept_;  // asked for longest ago first
+  // With the lock:
+  List::iterator look_up(std::uint64_t sequence);
+  void touch(List::iterator kept, Clock::time_point now);
+  void add(const std::shared_ptr<const FrameSource>& result, Clock::time_point now);
+  void move_to(List& gone, List::iterator kept);
+  void move_expired(Clock::time_point now, List& gone);
+  [[nodiscard]] std::uint64_t bytes_of_all() const;
+
+  const std::uint64_t most_bytes_;
+  mutable std::mutex mutex_;
+  List kept_;  // asked for longest ago first
+  /// Of what is kept, each basis once.
+  struct Basis {
+    std::size_t results = 0;
+    std::uint64_t bytes = 0;
+  };
+  std::map<std::string, Basis> bases_;  // by hash
+  std::uint64_t bytes_ = 0;             // of results and bases
+  std::uint64_t newest_ = 0;            // sequence
+  std::string newest_basis_;            // the session has that
 };
 
 }  // namespace limber::server

@@ -46,8 +46,17 @@ void Record::refuse_closed() const {
 }
 
 std::uint64_t Record::memory_bytes() const {
+  const std::uint64_t in_transfer = frame_transfers_.bytes();
   const std::lock_guard lock(mutex_);
-  return state_ == session::State::kBuilding ? memory_.building : memory_.kept;
+  return (state_ == session::State::kBuilding ? memory_.building : memory_.kept) + in_transfer;
+}
+
+std::optional<proto::GetGeometryResponse> Record::geometry_in_transfer(
+    const proto::GetGeometryRequest& request) const {
+  const auto result =
+      frame_transfers_.find_basis(request.basis_hash(), FrameTransfers::Clock::now());
+  if (!result) return std::nullopt;
+  return result->geometry(request.known_basis_hash());
 }
 
 bool Record::may_be_parked() const {

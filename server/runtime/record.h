@@ -76,6 +76,9 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @throws Error{kNotFound} once it is closed; {kFailedPrecondition} before there are any
   [[nodiscard]] virtual std::shared_ptr<const FrameSource> frames(bool final_only) const = 0;
   [[nodiscard]] FrameTransfers& frame_transfers() { return frame_transfers_; }
+  /// Of the basis of a result that is fetched in parts; nothing where that is not among them.
+  [[nodiscard]] std::optional<proto::GetGeometryResponse> geometry_in_transfer(
+      const proto::GetGeometryRequest& request) const;
   /// @throws as frames()
   [[nodiscard]] virtual proto::GetGeometryResponse geometry(
       const proto::GetGeometryRequest& request) const = 0;
@@ -223,7 +226,7 @@ class Record : public std::enable_shared_from_this<Record> {
 
   const SessionKey key_;
   const std::string name_, status_topic_;
-  FrameTransfers frame_transfers_;
+  mutable FrameTransfers frame_transfers_;  // what is read is kept longer
   session::Progress progress_;
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   bool is_returning_ = false;

@@ -1,10 +1,13 @@
 #include "server/service/checkpoints.h"
 
+#include <fmt/format.h>
+
 #include <boost/asio/post.hpp>
 #include <mutex>
 #include <string>
 #include <utility>
 
+#include "engine/base/error.h"
 #include "server/log/log.h"
 
 namespace limber::server {
@@ -44,9 +47,14 @@ void Checkpoints::write(Hub& hub, Record& record) {
     hub.store->keep_checkpoint({record.key().uid, checkpoint.revision(), std::move(bytes)});
     const std::lock_guard order(record.edit_order());
     edits.note_checkpoint(size, count, edit_bytes);
-  } catch (const std::exception& fault) {  // closed meanwhile, or an answer is to come first
-    log::debug(log::Fields{{"session", record.id()}, {"error", fault.what()}},
-               "session {} keeps its edits: {}", record.id(), fault.what());
+  } catch (const std::exception& fault) {
+    const auto* const error = dynamic_cast<const Error*>(&fault);
+    // Closed meanwhile, or an answer is to come first; else all its edits stay stored for good.
+    const bool is_usual = error != nullptr && (error->code() == ErrorCode::kNotFound ||
+                                               error->code() == ErrorCode::kFailedPrecondition);
+    log::write(is_usual ? log::Level::kDebug : log::Level::kWarn,
+               fmt::format("session {} keeps its edits: {}", record.id(), fault.what()),
+               {{"session", record.id()}, {"error", fault.what()}});
     const std::lock_guard order(record.edit_order());
     edits.put_off(1 + every / 4);
   }

@@ -22,8 +22,8 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
   const auto record = kept_.find(request.session());
   const std::uint64_t begun = request.result_sequence();
   const auto now = FrameTransfers::Clock::now();
-  const auto frames = begun != 0 ? record->frame_transfers().find(begun, now)
-                                 : record->frames(request.final_only());
+  FrameTransfers& transfers = record->frame_transfers();
+  auto frames = begun != 0 ? transfers.find(begun, now) : record->frames(request.final_only());
   const FrameRange range =
       frame_range(request.first_frame(), request.frame_count(), frames->frame_count());
   if (request.encoding() == proto::ENCODING_SURFACE && !frames->has_surface())
@@ -34,12 +34,21 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
     part.count =
         frames_within(most_bytes_of(request), frames->bytes(request.encoding(), 1), range.count);
   demand_message_room(frames->bytes(request.encoding(), part.count));
+  if (begun == 0 && part.count < range.count) {
+    using enum FrameTransfers::WithoutRoom;
+    const bool is_small =
+        frames->bytes(request.encoding(), range.count) <= hub_.options.transport.message_bytes;
+    if (auto kept = transfers.begin(frames, is_small ? kBeginNone : kDisplace, now)) {
+      frames = std::move(kept);
+    } else {
+      part = range;
+    }
+  }
   proto::GetFramesResponse response;
   *response.mutable_frames() = frames->encode(request.encoding(), part);
   const int left = range.count - part.count;
   response.set_frames_left(static_cast<std::uint32_t>(left));
-  if (begun == 0 && left > 0) record->frame_transfers().begin(frames, now);
-  if (begun != 0 && left == 0) record->frame_transfers().end(begun);
+  if (begun != 0 && left == 0) transfers.note_last(begun);
   return response;
 }
 

@@ -1,4 +1,5 @@
 // Requests about scenes that are not open.
+#include "server/service/chosen_ids.h"
 #include "server/service/service.h"
 
 namespace limber::server {
@@ -10,6 +11,7 @@ proto::ValidateSceneResponse Service::validate_scene(
        kinds_.of(request.scene(), "scene").validate(request.scene(), "scene.", scenes_)) {
     *response.add_issues() = std::move(issue);
   }
+  add_issues_of_ids(request.scene(), response);
   return response;
 }
 

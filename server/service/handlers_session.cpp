@@ -5,6 +5,7 @@
 
 #include "server/log/log.h"
 #include "server/runtime/job_guard.h"
+#include "server/service/chosen_ids.h"
 #include "server/service/imported_session.h"
 #include "server/service/roles.h"
 #include "server/service/service.h"
@@ -48,6 +49,7 @@ std::shared_ptr<Record> Service::open(const proto::OpenSessionRequest& request,
                                       proto::OpenSessionResponse& response,
                                       std::unique_lock<std::recursive_mutex>& order) {
   const Kind& kind = kinds_.of(request.scene(), "scene");
+  demand_chosen_ids(request.scene());
   const auto name = sessions_.reserve(request.session());
   const std::unique_ptr<Opening> opening = kind.read(request.scene(), scenes_);
   const std::string& id = name->key().name;
@@ -81,6 +83,7 @@ proto::EditResponse Service::edit(Record& record, const proto::EditRequest& requ
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
   }
+  demand_chosen_ids(request);
   return record.edit(request, author);
 }
 

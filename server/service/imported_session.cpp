@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,15 @@ void demand_countable(std::uint64_t number, const std::string& field) {
                                    number));
 }
 
-/// All uint64 fields of a message and of those in it.
+/// Ids of constraints, keyframes and targets, and what follows from them.
+bool is_of_ids(const FieldDescriptor& field) {
+  static const std::set<std::string> kNames{
+      "id",         "remove_constraint", "remove_keyframe", "next_constraint", "next_keyframe",
+      "last_target"};
+  return kNames.contains(field.name());
+}
+
+/// All uint64 fields of a message and of those in it, but for ids.
 void demand_all_countable(const Message& message, const std::string& at) {
   const auto& reflection = *message.GetReflection();
   std::vector<const FieldDescriptor*> fields;
@@ -28,6 +37,7 @@ void demand_all_countable(const Message& message, const std::string& at) {
   for (const FieldDescriptor* field : fields) {
     const bool is_number = field->cpp_type() == FieldDescriptor::CPPTYPE_UINT64;
     if (!is_number && field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (is_number && is_of_ids(*field)) continue;
     const std::string name = at + '.' + field->name();
     if (!field->is_repeated()) {
       if (is_number) {

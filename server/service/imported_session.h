@@ -8,13 +8,14 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// Revisions, ids and other counters of an imported session are below: what counts on from there
-/// is a number for SQLite and for pages, however long the session lives.
+/// Revisions and other counters of an imported session are below: what counts on from there is a
+/// number for SQLite and for pages, however long the session lives. Ids are not bounded: clients of
+/// earlier servers chose them.
 inline constexpr std::uint64_t kMostImportedNumber = std::uint64_t{1} << 53u;
 
 /// Of what a session continues from: numbers that no server has counted to. What documents count
 /// with is checked where they begin (demand_reachable).
-/// @throws Refusal INVALID_ARGUMENT naming the field, e.g. content.checkpoint.body.next_constraint
+/// @throws Refusal INVALID_ARGUMENT naming the field, e.g. content.checkpoint.body.last_number
 void demand_countable(const proto::StoredSession& stored);
 
 }  // namespace limber::server

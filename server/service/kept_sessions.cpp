@@ -103,8 +103,10 @@ void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Reco
 void KeptSessions::edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
                           const proto::EditRequest& made, const std::string& name,
                           const session::Author& author, proto::Reply reply) {
-  write(ticket, record.changes_of(revision, made, {ticket->request_key().client, name, author}),
-        std::move(reply));
+  // The name of a connection is of bytes that no message can be read with.
+  const RequestKey& key = ticket->request_key();
+  const std::string client = is_of_connection(key) ? std::string() : key.client;
+  write(ticket, record.changes_of(revision, made, {client, name, author}), std::move(reply));
   checkpoints_.note_edit(record);
 }
 

@@ -56,11 +56,14 @@ std::unique_ptr<SessionParking::Room> SessionParking::make_room(const SessionMem
 }
 
 void SessionParking::park_idle() {
-  const auto after = hub_.options.park_after;
-  if (after.count() <= 0) return;
-  const std::lock_guard one_at_a_time(parking_);
   bool is_any = false;
-  for (const auto& record : idle(after, People::kAny)) is_any = park(record) || is_any;
+  const auto now = FrameTransfers::Clock::now();
+  for (const auto& record : sessions_.all())
+    is_any = record->frame_transfers().sweep(now) || is_any;
+  if (const auto after = hub_.options.park_after; after.count() > 0) {
+    const std::lock_guard one_at_a_time(parking_);
+    for (const auto& record : idle(after, People::kAny)) is_any = park(record) || is_any;
+  }
   if (is_any) ::malloc_trim(0);  // what small sessions leave is in many holes of the heap
 }
 

@@ -33,7 +33,8 @@ class SessionParking {
   /// @throws Refusal LIMIT_EXCEEDED where that is not enough
   [[nodiscard]] std::unique_ptr<Room> make_room(const SessionMemory& memory);
 
-  /// Parks those that nobody has asked for since ServerOptions::park_after.
+  /// Parks those that nobody has asked for since ServerOptions::park_after, and lets results go
+  /// that nobody fetches parts of any more.
   void park_idle();
 
   /// Of all sessions that are not parked [bytes].

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,23 @@ class FrameSource {
   /// Of the result.
   [[nodiscard]] virtual std::uint64_t sequence() const = 0;
   [[nodiscard]] virtual int frame_count() const = 0;
+  /// Of the result: the newest edit in it, and whether it is the end of that revision's solve.
+  [[nodiscard]] virtual std::uint64_t revision() const { return 0; }
+  [[nodiscard]] virtual bool is_final() const { return true; }
+  /// Memory that the result takes as long as this keeps it [bytes], without what others share.
+  [[nodiscard]] virtual std::uint64_t kept_bytes() const { return 0; }
+  /// The same of the basis, which results share.
+  [[nodiscard]] virtual std::uint64_t basis_bytes() const { return 0; }
   /// h x frames, where frames are multiples of a basis: null for kinds without one.
   [[nodiscard]] virtual const Eigen::MatrixXf* coordinates() const { return nullptr; }
   /// Of that basis.
   [[nodiscard]] virtual std::string basis_hash() const { return {}; }
+  /// What makes positions of its coordinates; nothing for kinds where that never changes.
+  /// @param known_basis_hash  what a client has already, it is left out
+  [[nodiscard]] virtual std::optional<proto::GetGeometryResponse> geometry(
+      const std::string& /*known_basis_hash*/) const {
+    return std::nullopt;
+  }
   /// Whether ENCODING_SURFACE can be requested.
   [[nodiscard]] virtual bool has_surface() const { return false; }
   /// Of so many frames, without the envelope.

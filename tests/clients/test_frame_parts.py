@@ -106,6 +106,17 @@ def test_an_older_server_that_refuses_what_it_does_not_know_sends_it_whole(motio
     assert frames.frame_count == 8
 
 
+def test_a_part_without_frames_is_an_error(motions):
+    def empty(request):
+        answer = motions(request)
+        if request.result_sequence:
+            answer.frames.frame_count, answer.frames_left = 0, 7
+        return answer
+
+    with pytest.raises(LimberError, match="no frames"):
+        frame_parts.fetch(empty, service.GetFramesRequest())
+
+
 def test_other_refusals_are_the_callers(motions):
     def closed(request):
         raise LimberError("NOT_FOUND", "the session is closed", "session")

@@ -75,6 +75,8 @@ def _parts_of_one_result(call: Call, request: "service.GetFramesRequest", size: 
         wanted.first_frame = parts[-1].first_frame + parts[-1].frame_count
         wanted.frame_count = answer.frames_left
         answer = next_part()
+        if not answer.frames.frame_count:
+            raise LimberError("MALFORMED", "a part of a motion has no frames", "frames")
         parts.append(answer.frames)
     return parts
 

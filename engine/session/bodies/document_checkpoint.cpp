@@ -1,6 +1,7 @@
 // Checkpoints of documents of bodies.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <type_traits>
 #include <utility>
@@ -35,8 +36,33 @@ void demand_given(std::uint64_t number, std::uint64_t last, const char* what, co
          field);
 }
 
+/// The largest ids that are there, or in the steps.
+struct LargestIds {
+  std::uint64_t constraint = 0, keyframe = 0;
+
+  explicit LargestIds(const Document::Checkpoint& checkpoint) {
+    for (const scene::Constraint& one : checkpoint.constraints)
+      constraint = std::max(constraint, one.id);
+    for (const scene::Keyframe& one : checkpoint.keyframes) keyframe = std::max(keyframe, one.id);
+    for (const auto* steps : {&checkpoint.undo, &checkpoint.redo}) {
+      for (const ChangeSteps::Step& step : *steps) note(*step.group);
+    }
+  }
+  void note(const ChangeGroup& group) {
+    for (const Change& change : group) {
+      if (const auto* one = std::get_if<ConstraintChange>(&change))
+        constraint = std::max(constraint, one->id);
+      if (const auto* other = std::get_if<KeyframeChange>(&change))
+        keyframe = std::max(keyframe, other->id);
+    }
+  }
+};
+
+/// Where a client chose an id as large as no document counts to, the count may have gone round, to
+/// 0 and on: from then on documents skip those that are taken.
 void demand_before_next(std::uint64_t id, std::uint64_t next, const char* what, const char* field) {
-  if (id < next) return;
+  constexpr std::uint64_t kCounted = std::uint64_t{1} << 53u;
+  if (id < next || next == 0 || id >= kCounted) return;
   refuse(fmt::format("{} {} is there, and {} would be given next", what, id, next), field);
 }
 
@@ -44,23 +70,17 @@ void demand_given(const ChangeSteps::Step& step, const Document::Checkpoint& che
   demand_step_given(step.note, checkpoint.last_step);
   demand_given(step.content, checkpoint.last_content, "content", "last_content");
   for (const Change& change : *step.group) {
-    if (const auto* constraint = std::get_if<ConstraintChange>(&change)) {
-      demand_before_next(constraint->id, checkpoint.next_constraint, "constraint",
-                         "next_constraint");
-    } else if (const auto* keyframe = std::get_if<KeyframeChange>(&change)) {
-      demand_before_next(keyframe->id, checkpoint.next_keyframe, "keyframe", "next_keyframe");
-    } else if (const auto* fit = std::get_if<MaterialChange>(&change)) {
+    if (const auto* fit = std::get_if<MaterialChange>(&change))
       demand_given(fit->epoch, checkpoint.last_epoch, "fit", "last_epoch");
-    }
   }
 }
 
 /// Names and numbers that are there were given: otherwise they would be given again.
 void demand_given(const Document::Checkpoint& checkpoint) {
-  for (const scene::Constraint& constraint : checkpoint.constraints)
-    demand_before_next(constraint.id, checkpoint.next_constraint, "constraint", "next_constraint");
-  for (const scene::Keyframe& keyframe : checkpoint.keyframes)
-    demand_before_next(keyframe.id, checkpoint.next_keyframe, "keyframe", "next_keyframe");
+  const LargestIds largest(checkpoint);
+  demand_before_next(largest.constraint, checkpoint.next_constraint, "constraint",
+                     "next_constraint");
+  demand_before_next(largest.keyframe, checkpoint.next_keyframe, "keyframe", "next_keyframe");
   demand_given(checkpoint.content, checkpoint.last_content, "content", "last_content");
   demand_given(checkpoint.material.epoch, checkpoint.last_epoch, "fit", "last_epoch");
   for (const auto* steps : {&checkpoint.undo, &checkpoint.redo}) {

@@ -22,6 +22,12 @@ class BeamFrames final : public FrameSource {
   [[nodiscard]] int frame_count() const override {
     return static_cast<int>(result_->frames->cols());
   }
+  [[nodiscard]] std::uint64_t revision() const override { return result_->revision; }
+  [[nodiscard]] bool is_final() const override { return result_->is_final; }
+  [[nodiscard]] std::uint64_t kept_bytes() const override {
+    return sizeof(session::BeamResult) +
+           static_cast<std::uint64_t>(result_->frames->size()) * sizeof(float);
+  }
   [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override;
   [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
 

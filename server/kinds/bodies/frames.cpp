@@ -55,4 +55,18 @@ proto::Frames encode_frames(const session::BodyResult& result, const session::Ge
   return frames;
 }
 
+std::uint64_t BodyFrames::kept_bytes() const {
+  return sizeof(session::BodyResult) +
+         static_cast<std::uint64_t>(result_->coordinates.size()) * sizeof(float) +
+         static_cast<std::uint64_t>(result_->modal.size()) * sizeof(double);
+}
+
+std::uint64_t BodyFrames::basis_bytes() const {
+  // In single precision here, in double precision with the result.
+  std::uint64_t bytes = static_cast<std::uint64_t>(geometry_->basis.size()) * sizeof(float);
+  if (result_->shown && result_->shown->basis)
+    bytes += static_cast<std::uint64_t>(result_->shown->basis->size()) * sizeof(double);
+  return bytes;
+}
+
 }  // namespace limber::server

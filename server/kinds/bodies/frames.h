@@ -1,10 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "engine/session/bodies/session.h"
 #include "server/kinds/bodies/carried_surface.h"
+#include "server/kinds/bodies/geometry.h"
 #include "server/wire/frame_source.h"
 
 namespace limber::server {
@@ -49,7 +52,15 @@ class BodyFrames final : public FrameSource {
   [[nodiscard]] const Eigen::MatrixXf* coordinates() const override {
     return &result_->coordinates;
   }
+  [[nodiscard]] std::uint64_t revision() const override { return result_->revision; }
+  [[nodiscard]] bool is_final() const override { return result_->is_final; }
+  [[nodiscard]] std::uint64_t kept_bytes() const override;
+  [[nodiscard]] std::uint64_t basis_bytes() const override;
   [[nodiscard]] std::string basis_hash() const override { return geometry_->basis_hash; }
+  [[nodiscard]] std::optional<proto::GetGeometryResponse> geometry(
+      const std::string& known_basis_hash) const override {
+    return encode_geometry(*geometry_, known_basis_hash);
+  }
   [[nodiscard]] bool has_surface() const override { return surface_ != nullptr; }
   [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override {
     return frames_bytes(encoding, count, *result_, *geometry_, surface_.get());

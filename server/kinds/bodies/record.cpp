@@ -94,13 +94,17 @@ std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
 proto::GetGeometryResponse BodyRecord::geometry(const proto::GetGeometryRequest& request) const {
   const auto session = this->session();
   auto geometry = geometry_of(*session);
-  if (!request.basis_hash().empty() && request.basis_hash() != geometry->basis_hash) {
+  if (!request.basis_hash().empty() && request.basis_hash() != geometry->basis_hash)
     geometry = session->geometry(request.basis_hash());
-    if (!geometry)
-      throw Error(ErrorCode::kNotFound, "basis_hash",
-                  "the session has no such basis any more: fetch newer frames");
-  }
-  auto response = encode_geometry(*geometry, request.known_basis_hash());
+  std::optional<proto::GetGeometryResponse> found;
+  if (geometry)
+    found = encode_geometry(*geometry, request.known_basis_hash());
+  else
+    found = geometry_in_transfer(request);
+  if (!found)
+    throw Error(ErrorCode::kNotFound, "basis_hash",
+                "the session has no such basis any more: fetch newer frames");
+  auto response = *std::move(found);
   if (request.with_surface() && opened_.surface)
     *response.mutable_carried_surface() = encode_carried_surface(*opened_.surface);
   return response;

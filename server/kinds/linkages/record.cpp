@@ -169,15 +169,12 @@ std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const 
 proto::GetGeometryResponse LinkageRecord::geometry(const proto::GetGeometryRequest& request) const {
   const auto geometry = session()->geometry();
   if (!geometry) throw model_not_built();
-  if (!request.basis_hash().empty() && request.basis_hash() != geometry->hash)
+  if (!request.basis_hash().empty() && request.basis_hash() != geometry->hash) {
+    if (auto kept = geometry_in_transfer(request)) return *std::move(kept);
     throw Error(ErrorCode::kNotFound, "basis_hash",
                 "the linkage has other edges now: fetch newer frames");
-  if (request.known_basis_hash() == geometry->hash) {
-    proto::GetGeometryResponse same;
-    same.set_basis_hash(geometry->hash);
-    return same;
   }
-  return encode_linkage_geometry(*geometry);
+  return encode_linkage_geometry(*geometry, request.known_basis_hash());
 }
 
 void LinkageRecord::describe(proto::SessionStatus& status) const {

@@ -88,9 +88,11 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   return info;
 }
 
-proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometry& geometry) {
+proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometry& geometry,
+                                                   const std::string& known_basis_hash) {
   proto::GetGeometryResponse response;
   response.set_basis_hash(geometry.hash);
+  if (known_basis_hash == geometry.hash) return response;
   *response.mutable_surface() = encode_indices(geometry.surface);
   auto& linkage = *response.mutable_linkage();
   linkage.set_coordinates(static_cast<std::uint32_t>(geometry.coordinates));
@@ -101,6 +103,12 @@ proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometr
   *linkage.mutable_outline() = encode_polygon(geometry.outline);
   linkage.set_surface_nodes(static_cast<std::uint32_t>(geometry.surface_nodes));
   return response;
+}
+
+std::uint64_t LinkageFrames::kept_bytes() const {
+  std::uint64_t numbers = static_cast<std::uint64_t>(result_->frames->size());
+  if (result_->strains) numbers += static_cast<std::uint64_t>(result_->strains->size());
+  return sizeof(session::LinkageResult) + numbers * sizeof(float);
 }
 
 std::uint64_t LinkageFrames::bytes(proto::Encoding encoding, int count) const {

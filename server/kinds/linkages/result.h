@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "engine/session/linkages/session.h"
@@ -14,8 +16,9 @@ namespace limber::server {
 [[nodiscard]] proto::ResultInfo encode_linkage_result(const session::LinkageResult& result,
                                                       double length_unit);
 
+/// @param known_basis_hash  where that is the hash, the client has all of it: it comes alone
 [[nodiscard]] proto::GetGeometryResponse encode_linkage_geometry(
-    const session::LinkageGeometry& geometry);
+    const session::LinkageGeometry& geometry, const std::string& known_basis_hash);
 
 /// Frames of a linkage: coordinates, or nodes of the swept surface.
 class LinkageFrames final : public FrameSource {
@@ -27,7 +30,14 @@ class LinkageFrames final : public FrameSource {
   [[nodiscard]] int frame_count() const override {
     return static_cast<int>(result_->frames->cols());
   }
+  [[nodiscard]] std::uint64_t revision() const override { return result_->revision; }
+  [[nodiscard]] bool is_final() const override { return result_->is_final; }
+  [[nodiscard]] std::uint64_t kept_bytes() const override;
   [[nodiscard]] std::string basis_hash() const override { return result_->geometry->hash; }
+  [[nodiscard]] std::optional<proto::GetGeometryResponse> geometry(
+      const std::string& known_basis_hash) const override {
+    return encode_linkage_geometry(*result_->geometry, known_basis_hash);
+  }
   [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override;
   [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
 

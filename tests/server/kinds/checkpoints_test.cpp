@@ -311,6 +311,43 @@ TEST(ServerCheckpointsOfBodies, NumbersThatWereNotGivenAreRefused) {
   }
 }
 
+session::BodyEdit constraint_of(std::uint64_t id) {
+  scene::Constraint constraint;
+  constraint.id = id;
+  constraint.frame = 5;
+  constraint.nodes = {27};
+  return session::AddConstraint{constraint};
+}
+
+session::BodyEdit keyframe_of(std::uint64_t id, int frame) {
+  scene::Keyframe keyframe;
+  keyframe.id = id;
+  keyframe.frame = frame;
+  keyframe.pose = std::make_shared<const Eigen::VectorXd>(Eigen::VectorXd::Zero(84));
+  return session::AddKeyframe{keyframe};
+}
+
+/// Earlier servers took any id: with the largest the count goes round.
+TEST(ServerCheckpointsOfBodies, IdsThatClientsOnceChoseStay) {
+  constexpr std::uint64_t kOnes = ~std::uint64_t{0};
+  for (const std::uint64_t id : {std::uint64_t{1} << 60U, kOnes}) {
+    auto document = Bodies::open();
+    Bodies::apply(document, {constraint_of(id), keyframe_of(id, 3)}, {});
+    EXPECT_EQ(refused_field<Bodies>(Bodies::encode(document)), "") << id;
+    Bodies::apply(document, {constraint_of(0), keyframe_of(0, 4)}, {});
+    const proto::StoredBody message = Bodies::encode(document);
+    ASSERT_EQ(refused_field<Bodies>(message), "") << id;
+    auto later = Bodies::open();
+    later.begin_at(Bodies::decode(message));
+    for (auto* one : {&document, &later}) Bodies::apply(*one, {constraint_of(0)}, {});
+    EXPECT_EQ(later.constraint_list().size(), 3U + Bodies::open().constraint_list().size());
+    EXPECT_EQ(Bodies::encode(later).next_constraint(), Bodies::encode(document).next_constraint());
+  }
+  auto removed = Bodies::open();
+  Bodies::apply(removed, {constraint_of(kOnes), session::RemoveConstraint{kOnes}}, {});
+  EXPECT_EQ(refused_field<Bodies>(Bodies::encode(removed)), "");
+}
+
 TEST(ServerCheckpointsOfLinkages, NumbersThatWereNotGivenAreRefused) {
   proto::StoredLinkage message = edited<Linkages>(150);
   ASSERT_EQ(refused_field<Linkages>(message), "");

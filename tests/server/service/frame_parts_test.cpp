@@ -3,8 +3,11 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <set>
 #include <string>
+#include <thread>
 
+#include "server/runtime/frame_transfers.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {
@@ -75,10 +78,50 @@ TEST_F(ServerFrameParts, AreOfOneResultThoughEditsGoOn) {
   EXPECT_EQ(parts, 4);
   EXPECT_LT(largest_difference(data, whole.frames().data().data()), 1e-6F);  // but for rounding
   EXPECT_GT(largest_difference(data, frames(0, 0, 0).get_frames().frames().data().data()), 1e-3F);
-  // Nobody fetches it any more: it is not kept.
-  const auto late = frames(0, 1, 0, sequence);
-  EXPECT_EQ(late.error().code(), proto::ERROR_CODE_FAILED_PRECONDITION);
-  EXPECT_EQ(late.error().field(), "result_sequence");
+  // The answer may have been lost: it is asked for again.
+  const auto again = frames(18, 2, 0, sequence).get_frames();
+  EXPECT_EQ(again.frames().result().sequence(), sequence);
+  EXPECT_EQ(again.frames_left(), 0u);
+}
+
+TEST_F(ServerFrameParts, TakeMemoryOfTheSession) {
+  const auto memory = [this] {
+    proto::Request request;
+    request.mutable_get_session()->set_session("s");
+    return client.call(request).get_session().status().memory_bytes();
+  };
+  const std::uint64_t before = memory();
+  const auto modes = frames(0, 0, 1, 0, proto::ENCODING_COORDINATES).get_frames();
+  EXPECT_GE(memory(), before + modes.frames().data().shape(1) * 20 * sizeof(float));
+  // They go by themselves, once the end was fetched: soon.
+  const std::uint64_t sequence = modes.frames().result().sequence();
+  EXPECT_EQ(frames(19, 1, 0, sequence).get_frames().frames_left(), 0u);
+  const auto end = FrameTransfers::Clock::now() + 3 * FrameTransfers::kPatienceBehindLast;
+  while (memory() > before && FrameTransfers::Clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(memory(), before);
+}
+
+TEST_F(ServerFrameParts, OfCoordinatesKeepTheirBasis) {
+  const auto first = frames(0, 0, 1, 0, proto::ENCODING_COORDINATES).get_frames();
+  ASSERT_GT(first.frames_left(), 0u);
+  proto::Request request;
+  auto& wanted = *request.mutable_get_geometry();
+  wanted.set_session("s");
+  wanted.set_basis_hash(first.frames().basis_hash());
+  const auto basis = client.call(request).get_geometry();
+  std::set<std::string> bases{first.frames().basis_hash()};
+  for (std::uint64_t revision = 1; bases.size() < 7 && revision < 100; ++revision) {
+    const double large = 0.15 * static_cast<double>(revision);
+    ASSERT_TRUE(client.call(move_request("s", 1, large, -large, large / 2)).has_edit());
+    ASSERT_TRUE(client.call(wait_request("s", revision)).has_wait());
+    bases.insert(
+        frames(0, 0, 0, 0, proto::ENCODING_COORDINATES).get_frames().frames().basis_hash());
+  }
+  ASSERT_EQ(bases.size(), 7u) << "the session itself keeps four";
+  const auto later = client.call(request);
+  ASSERT_TRUE(later.has_get_geometry()) << later.error().message();
+  EXPECT_EQ(later.get_geometry().basis().data(), basis.basis().data());
 }
 
 TEST_F(ServerFrameParts, HaveAFrameAtLeast) {

@@ -57,14 +57,6 @@ TEST(ServerImportedSession, NumbersThatNoServerHasCountedToAreRefusedByName) {
        [](auto& stored) {
          stored.mutable_checkpoint()->mutable_makers(0)->set_revision(kTooLarge);
        }},
-      {"checkpoint.body.next_constraint",
-       [](auto& stored) {
-         stored.mutable_checkpoint()->mutable_body()->set_next_constraint(kTooLarge);
-       }},
-      {"checkpoint.body.next_keyframe",
-       [](auto& stored) {
-         stored.mutable_checkpoint()->mutable_body()->set_next_keyframe(kTooLarge);
-       }},
       {"checkpoint.body.last_content",
        [](auto& stored) {
          stored.mutable_checkpoint()->mutable_body()->set_last_content(kTooLarge);
@@ -77,10 +69,6 @@ TEST(ServerImportedSession, NumbersThatNoServerHasCountedToAreRefusedByName) {
        [](auto& stored) {
          auto* step = stored.mutable_checkpoint()->mutable_body()->mutable_undo(0)->mutable_step();
          step->set_number(UINT64_MAX);
-       }},
-      {"checkpoint.linkage.last_target",
-       [](auto& stored) {
-         stored.mutable_checkpoint()->mutable_linkage()->set_last_target(kTooLarge);
        }},
       {"checkpoint.beams.history.last_number",
        [](auto& stored) {
@@ -98,6 +86,24 @@ TEST(ServerImportedSession, NumbersThatNoServerHasCountedToAreRefusedByName) {
     change(stored);
     EXPECT_EQ(refused_field(stored), "content." + field);
   }
+}
+
+TEST(ServerImportedSession, IdsThatClientsOnceChoseAreTaken) {
+  constexpr std::uint64_t kOnes = UINT64_MAX;
+  proto::StoredSession stored = session_of_all_kinds_of_numbers(kLargest);
+  auto& body = *stored.mutable_checkpoint()->mutable_body();
+  body.set_next_constraint(kOnes);
+  body.set_next_keyframe(kOnes);
+  body.mutable_scene()->add_constraints()->set_id(kOnes);
+  body.add_keyframes()->mutable_keyframe()->set_id(kOnes);
+  for (auto* change : {body.mutable_undo(0)->add_changes(), body.mutable_undo(0)->add_changes()})
+    change->mutable_constraint()->set_id(kOnes);
+  body.mutable_undo(0)->mutable_changes(0)->set_remove_constraint(kOnes);
+  body.mutable_undo(0)->add_changes()->set_remove_keyframe(kOnes);
+  body.mutable_undo(0)->add_changes()->mutable_move_constraint()->set_id(kOnes);
+  EXPECT_EQ(refused_field(stored), "");
+  stored.mutable_checkpoint()->mutable_linkage()->set_last_target(kOnes);
+  EXPECT_EQ(refused_field(stored), "");
 }
 
 TEST(ServerImportedSession, EditsFollowTheCheckpointWithoutGaps) {

@@ -82,5 +82,105 @@ TEST(ServerRestoredSessions, OneThatIsClosedAtOnceDoesNotComeBack) {
   EXPECT_EQ(client.call(list).list_sessions().sessions_size(), 0);
 }
 
+/// A session in which an earlier server took ids that are not taken any more, as it was exported.
+proto::StoredSession with_large_ids(Client& client) {
+  EXPECT_TRUE(client.call(open_request(small_scene(), "old")).has_open_session());
+  EXPECT_TRUE(client.call(wait_request("old", 0)).has_wait());
+  proto::Request save;
+  save.mutable_save_session()->set_session("old");
+  proto::StoredSession stored;
+  EXPECT_TRUE(stored.ParseFromString(client.call(save).save_session().content()));
+  stored.clear_answer();
+  for (const std::uint64_t id : {std::uint64_t{1} << 60U, ~std::uint64_t{0}}) {
+    auto& edit = *stored.add_edits();
+    edit.set_revision(static_cast<std::uint64_t>(stored.edits_size()));
+    auto& constraint = *edit.add_edits()->mutable_add()->mutable_constraint();
+    constraint.set_id(id);
+    constraint.set_frame(5);
+    constraint.add_nodes(27);
+    constraint.mutable_displacement()->set_y(0.1);
+  }
+  return stored;
+}
+
+TEST(ServerRestoredSessions, IdsThatAnEarlierServerTookComeBack) {
+  const TemporaryFolder folder;
+  ServerOptions options = storing_options(folder.path());
+  options.store->checkpoint_edits = 4;
+  std::string exported;
+  {
+    RunningServer server(options);
+    Client client(server->request_endpoint());
+    const std::string content = with_large_ids(client).SerializeAsString();
+    const auto restored = client.call(restore_request(content, "again"));
+    ASSERT_TRUE(restored.has_restore_session()) << restored.error().message();
+    EXPECT_EQ(restored.restore_session().revision(), 2U);
+    for (std::uint64_t revision = 3; revision < 12; ++revision) {  // a checkpoint among them
+      const double y = 0.01 * static_cast<double>(revision);
+      ASSERT_TRUE(client.call(move_request("again", std::uint64_t{1} << 60U, 0, y, 0)).has_edit());
+      ASSERT_TRUE(client.call(wait_request("again", revision)).has_wait());
+    }
+    proto::Request save;
+    save.mutable_save_session()->set_session("again");
+    exported = client.call(save).save_session().content();
+    proto::StoredSession stored;
+    ASSERT_TRUE(stored.ParseFromString(exported));
+    EXPECT_TRUE(stored.has_checkpoint());
+  }
+  RunningServer server(options);
+  Client client(server->request_endpoint());
+  const auto waited = client.call(wait_request("again", 11));
+  ASSERT_TRUE(waited.has_wait()) << waited.error().message();
+  const auto copied = client.call(restore_request(exported, "copy"));
+  EXPECT_TRUE(copied.has_restore_session()) << copied.error().message();
+}
+
+TEST(ServerChosenIds, LargerThanDoublesCountAreRefusedByName) {
+  RunningServer server;
+  Client client(server->request_endpoint());
+  constexpr std::uint64_t kLargest = (std::uint64_t{1} << 53U) - 1;
+  open_and_solve(client, "s");
+  const auto refused_field = [&](const proto::Request& request) {
+    const auto reply = client.call(request);
+    if (!reply.has_error()) return std::string();
+    EXPECT_EQ(reply.error().code(), proto::ERROR_CODE_INVALID_ARGUMENT);
+    return reply.error().field();
+  };
+  for (const std::uint64_t id : {kLargest + 1, std::uint64_t{1} << 60U, ~std::uint64_t{0}}) {
+    proto::Request edit;
+    edit.mutable_edit()->set_session("s");
+    edit.mutable_edit()->add_edits()->mutable_remove()->set_id(1);
+    auto& second = *edit.mutable_edit()->add_edits();
+    second.mutable_add()->mutable_constraint()->set_id(id);
+    EXPECT_EQ(refused_field(edit), "edits[1].add.constraint.id");
+    second.mutable_add_keyframe()->mutable_keyframe()->set_id(id);
+    EXPECT_EQ(refused_field(edit), "edits[1].add_keyframe.keyframe.id");
+    second.mutable_add_target()->mutable_target()->set_id(id);
+    EXPECT_EQ(refused_field(edit), "edits[1].add_target.target.id");
+    proto::Scene scene = small_scene();
+    auto& constraint = *scene.add_constraints();
+    constraint.set_id(id);
+    constraint.set_frame(5);
+    constraint.add_nodes(27);
+    constraint.mutable_displacement()->set_y(0.1);
+    const std::string field = fmt::format("scene.constraints[{}].id", scene.constraints_size() - 1);
+    EXPECT_EQ(refused_field(open_request(scene, "other")), field);
+    proto::Request validate;
+    *validate.mutable_validate_scene()->mutable_scene() = scene;
+    const auto issues = client.call(validate).validate_scene();
+    ASSERT_EQ(issues.issues_size(), 1);
+    EXPECT_EQ(issues.issues(0).field(), field);
+    EXPECT_EQ(issues.issues(0).code(), proto::ERROR_CODE_INVALID_ARGUMENT);
+  }
+  proto::Request edit;
+  edit.mutable_edit()->set_session("s");
+  auto& constraint = *edit.mutable_edit()->add_edits()->mutable_add()->mutable_constraint();
+  constraint.set_id(kLargest);
+  constraint.set_frame(5);
+  constraint.add_nodes(27);
+  constraint.mutable_displacement()->set_y(0.1);
+  EXPECT_EQ(client.call(edit).edit().constraint_ids(0), kLargest);
+}
+
 }  // namespace
 }  // namespace limber::server
