@@ -90,7 +90,7 @@ TEST_F(ProxiedFollowers, AreToldWhatThereAreTooManyOf) {
   ASSERT_TRUE(reply.ParseFromString(frames[2].to_string()));
   ASSERT_TRUE(reply.has_error());
   EXPECT_EQ(reply.error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
-  EXPECT_EQ(reply.error().field(), "follow.stream");
+  EXPECT_EQ(reply.error().field(), "stream");
   EXPECT_EQ(reply.error().details().at("limit"), last_one);
 }
 
