@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -50,6 +52,24 @@ std::error_code make_folder(const fs::path& folder) {
   if (fault) return fault;
   if (::mkdir(whole.c_str(), 0700) != 0) return {errno, std::generic_category()};
   return {};
+}
+
+/// Earlier servers wrote the bytes of a connection in place of a client's name, with which no edit
+/// can be read. @returns the edit without it; as it is, where it is damaged otherwise
+std::string without_client(const std::string& edit) {
+  using google::protobuf::internal::WireFormatLite;
+  google::protobuf::io::CodedInputStream bytes(reinterpret_cast<const std::uint8_t*>(edit.data()),
+                                               static_cast<int>(edit.size()));
+  std::string left;
+  for (;;) {
+    const int begin = bytes.CurrentPosition();
+    const std::uint32_t tag = bytes.ReadTag();
+    if (tag == 0) return bytes.ConsumedEntireMessage() ? left : edit;
+    if (!WireFormatLite::SkipField(&bytes, tag)) return edit;
+    if (WireFormatLite::GetTagFieldNumber(tag) == proto::StoredEdit::kClientFieldNumber) continue;
+    left.append(edit, static_cast<std::size_t>(begin),
+                static_cast<std::size_t>(bytes.CurrentPosition() - begin));
+  }
 }
 
 /// Of each session the newest.
@@ -371,7 +391,11 @@ proto::StoredSession Store::load(std::uint64_t uid) {
   auto edits =
       reader_.prepare("SELECT edit FROM edits WHERE uid = ? AND revision > ? ORDER BY revision");
   edits.bind(uid).bind(revision);
-  while (edits.step()) parse(*stored.add_edits(), edits.bytes(0));
+  while (edits.step()) {
+    const std::string bytes = edits.bytes(0);
+    auto& edit = *stored.add_edits();
+    if (!edit.ParseFromString(bytes)) parse(edit, without_client(bytes));
+  }
   auto answer = reader_.prepare("SELECT answer FROM answers WHERE uid = ?");
   if (answer.bind(uid).step()) parse(*stored.mutable_answer(), answer.bytes(0));
   return stored;

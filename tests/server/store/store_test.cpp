@@ -75,6 +75,26 @@ TEST_F(StoreTest, SessionsAreThereAgain) {
   EXPECT_EQ(session.answer().sequence(), 12U);
 }
 
+TEST_F(StoreTest, EditsWithTheBytesOfAConnectionAreRead) {
+  proto::StoredEdit first;
+  first.set_revision(1);
+  first.add_edits()->mutable_undo();
+  first.set_client("connection 5:abcde");
+  first.set_author("Ana");
+  std::string bytes = first.SerializeAsString();
+  bytes.replace(bytes.find("abcde"), 5, std::string("\0\x80\xff\xc0\x01", 5));
+  Store store(options_);
+  write(store, {opened(7, "flower"), EditedSession{7, 1, bytes}, edited(7, 2)});
+  const auto session = store.load(7);
+  ASSERT_EQ(session.edits_size(), 2);
+  EXPECT_EQ(session.edits(0).revision(), 1U);
+  EXPECT_EQ(session.edits(0).edits_size(), 1);
+  EXPECT_EQ(session.edits(0).author(), "Ana");
+  EXPECT_EQ(session.edits(0).client(), "");
+  write(store, {EditedSession{7, 3, bytes.substr(0, bytes.size() - 2)}});
+  EXPECT_THROW((void)store.load(7), Error) << "it is damaged";
+}
+
 TEST_F(StoreTest, OfAnswersTheNewestStays) {
   Store store(options_);
   write(store, {opened(7, "flower")});
