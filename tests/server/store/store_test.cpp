@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "server/log/log.h"
 #include "server/store/reserve.h"
 #include "server/store/sqlite.h"
 
@@ -359,9 +360,11 @@ TEST_F(StoreTest, SessionsThatNobodyChangesGoAfterTheirTime) {
   }
   Database(options_.file(), Database::Access::kWrite)
       .run("UPDATE sessions SET touched = touched - 86500 WHERE uid = 7");
+  log::set_level(log::Level::kInfo);
   ::testing::internal::CaptureStderr();
   Store store(options_);
   const std::string said = ::testing::internal::GetCapturedStderr();
+  log::set_level(log::Level::kOff);
   EXPECT_THAT(said, HasSubstr("session old is removed"));
   EXPECT_THAT(said, HasSubstr("1 sessions are removed"));
   ASSERT_EQ(store.heads().size(), 1U);
