@@ -226,7 +226,9 @@ void add_store(CLI::App& app, CommandLine& line) {
       "group of edits)")
       ->capture_default_str()
       ->transform(one_of({"power", "process"}));
-  add("--data-bytes", line.store.bytes, "Size of the store's file, at most; 0: what the disk holds")
+  add("--data-bytes", line.store.bytes,
+      "Size of the store's file, at most, without its write-ahead log, which takes some megabytes "
+      "beside it; 0: what the disk holds")
       ->capture_default_str()
       ->transform(CLI::AsSizeValue(false));
   add("--checkpoint-edits", line.store.checkpoint_edits,

@@ -131,9 +131,10 @@ int serve(const ServeOptions& options, const MakeKinds& make_kinds) {
   const Server::Ending ending = server.run();
   std::error_code ignored;
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file, ignored);
+  const int code = server.lost_changes() > 0 ? 1 : 0;
   if (ending == Server::Ending::kLate)
-    std::_Exit(0);  // a task that does not stop must not hold up the exit
-  return 0;
+    std::_Exit(code);  // a task that does not stop must not hold up the exit
+  return code;
 }
 
 }  // namespace limber::server

@@ -31,6 +31,7 @@ struct ServeOptions {
 /// Runs until SIGINT, SIGTERM or a shutdown request; a second of these signals ends the process at
 /// once. SIGTERM drains before. SIGHUP reads options and allowed keys again.
 /// @param make_kinds  the kinds that it has
+/// @returns the exit code: 1 where changes of sessions are lost, as they could not be stored
 int serve(const ServeOptions& options, const MakeKinds& make_kinds);
 
 }  // namespace limber::server

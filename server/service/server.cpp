@@ -200,7 +200,8 @@ Server::Ending Server::shut_down() {
     hub_.session_pool.join();
     hub_.request_pool.join();
   }
-  if (hub_.store) hub_.store->flush();  // its end may not come, where some task is left behind
+  // Not by its destructor, which does not come where some task is left behind.
+  if (hub_.store) lost_changes_ = hub_.store->end();
   const std::chrono::duration<double> took = Clock::now() - begin;
   if (clean) {
     log::info("stopped after {:.3f} s", took.count());

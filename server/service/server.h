@@ -61,6 +61,8 @@ class Server {
   };
   /// Blocks until a stop is requested, then shuts down within the grace.
   Ending run();
+  /// Of sessions, that could not be stored until the end. Behind run().
+  [[nodiscard]] std::size_t lost_changes() const { return lost_changes_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -81,6 +83,7 @@ class Server {
   std::mutex mutex_;
   std::condition_variable stop_requested_;
   bool stop_ = false, drain_ = false, ended_ = false;
+  std::size_t lost_changes_ = 0;
 };
 
 }  // namespace limber::server

@@ -22,7 +22,7 @@ inline constexpr std::uint64_t kReplyBytesOfClient = 1 << 20;
 struct StoreOptions {
   std::filesystem::path folder;
   Durability durability = Durability::kPower;
-  /// Of the file, at most; changes beyond it are refused. 0: what the disk holds.
+  /// Of the file without its log, at most; changes beyond it are refused. 0: what the disk holds.
   std::uint64_t bytes = 0;
   /// Sessions that nobody has changed for so long are removed at the start; 0: none.
   std::chrono::seconds retain{0};
@@ -32,6 +32,7 @@ struct StoreOptions {
   std::chrono::milliseconds retry{500};
 
   [[nodiscard]] std::filesystem::path file() const { return folder / "sessions.sqlite"; }
+  [[nodiscard]] std::filesystem::path reserve() const { return folder / "sessions.reserve"; }
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
 };

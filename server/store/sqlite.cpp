@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <system_error>
+
 #include "engine/base/error.h"
 #include "server/store/counted_syncs.h"
 
@@ -41,6 +43,19 @@ Statement Database::prepare(const char* sql) {
   const int code = sqlite3_prepare_v2(handle_.get(), sql, -1, &statement, nullptr);
   if (code != SQLITE_OK) throw fault(file_.string(), handle_.get(), code);
   return {handle_.get(), statement, file_.string()};
+}
+
+void Database::fold_log() {
+  const auto number_of = [this](const char* sql) {
+    auto rows = prepare(sql);
+    return rows.step() ? rows.number(0) : 0;
+  };
+  const std::uint64_t bytes = number_of("PRAGMA page_count") * number_of("PRAGMA page_size");
+  std::error_code fault;
+  const std::uint64_t present = std::filesystem::file_size(file_, fault);
+  const std::uint64_t available = std::filesystem::space(file_, fault).available;
+  if (!fault && bytes > present && bytes - present > available) return;
+  run("PRAGMA wal_checkpoint(TRUNCATE)");
 }
 
 void Database::roll_back() noexcept {

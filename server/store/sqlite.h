@@ -25,6 +25,10 @@ class Database {
   /// Statements without values. @throws Error{kIo}
   void run(const char* sql);
   [[nodiscard]] Statement prepare(const char* sql);
+  /// Brings the write-ahead log into the file and gives its space back, as far as readers let it.
+  /// Does nothing where the disk has no room for the file to grow by that: half of it would take
+  /// the last room for nothing. @throws Error{kIo}
+  void fold_log();
   /// Undoes what was begun; does nothing where nothing was.
   void roll_back() noexcept;
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }

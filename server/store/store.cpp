@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -35,12 +36,17 @@ StoreOptions validated(StoreOptions options) {
   return options;
 }
 
-std::exception_ptr not_written(const std::string& fault) {
-  return std::make_exception_ptr(Error(
-      ErrorCode::kIo, "",
-      fmt::format("the change is made, but it could not be stored, and would be lost with the "
-                  "server: {}",
-                  fault)));
+std::exception_ptr not_written(const std::string& fault, Store::Keep keep) {
+  const char* const what =
+      keep == Store::Keep::kNotAtAll
+          ? "nothing was opened, since it could not be stored"
+          : "the change is made, but it could not be stored, and would be lost with the server";
+  return std::make_exception_ptr(Error(ErrorCode::kIo, "", fmt::format("{}: {}", what, fault)));
+}
+
+/// What its session would miss: replies and runs are of no session.
+bool is_of_session(const Change& change) {
+  return !std::holds_alternative<KeptReply>(change) && !std::holds_alternative<StartedRun>(change);
 }
 
 /// What is made here is its owner's alone; a folder that is there keeps its mode.
@@ -133,26 +139,57 @@ struct Store::Lock {
 Store::Store(StoreOptions options)
     : options_(validated(std::move(options))),
       lock_(std::make_unique<Lock>(options_)),
-      writer_(std::make_unique<Writer>(options_)),
-      reader_(options_.file(), Database::Access::kRead),
-      thread_([this] { write_all(); }) {}
+      reserve_(options_.reserve()) {
+  open_writer();
+  reader_.emplace(options_.file(), Database::Access::kRead);
+  reserve_.restore();
+  thread_ = std::thread([this] { write_all(); });
+}
 
-Store::~Store() {
+Store::~Store() { end(); }
+
+/// A disk without room is no reason not to start: what is stored can be read, and sessions can go.
+void Store::open_writer() {
+  try {
+    writer_ = std::make_unique<Writer>(options_);
+  } catch (const Error& fault) {  // the index of the log takes some room, too
+    if (fault.code() != ErrorCode::kIo || !reserve_.give_up()) throw;
+    writer_ = std::make_unique<Writer>(options_);
+  }
+  const auto try_to = [this](void (Writer::*forget)()) {
+    try {
+      (writer_.get()->*forget)();
+      return true;
+    } catch (const std::exception& fault) {
+      log::warn("what is too old stays in the store: {}", fault.what());
+      return false;
+    }
+  };
+  if (!try_to(&Writer::forget_unchanged) && reserve_.give_up())
+    (void)try_to(&Writer::forget_unchanged);
+  (void)try_to(&Writer::forget_old);
+}
+
+std::size_t Store::end() {
   {
     const std::lock_guard lock(mutex_);
     is_ending_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  return lost_;
 }
 
 fs::path Store::file() const { return options_.file(); }
 
 void Store::append(std::vector<Change> changes, Done done, Keep keep) {
+  bool is_late = false;
   {
     const std::lock_guard lock(mutex_);
-    waiting_.batches.push_back({std::move(changes), std::move(done), keep});
+    is_late = is_ending_;
+    if (!is_late) waiting_.batches.push_back({std::move(changes), std::move(done), keep});
   }
+  if (is_late && done) done(not_written("the server ends", keep));
   changed_.notify_all();
 }
 
@@ -184,6 +221,7 @@ void Store::flush() {
 /// Changes stay in `work` until they are written; who waits for them is told once.
 void Store::write_all() {
   Work work;
+  bool has_made_room = false;
   std::unique_lock lock(mutex_);
   while (true) {
     const auto has_news = [this] {
@@ -199,7 +237,7 @@ void Store::write_all() {
         if (has_news()) break;
       }
       changed_.wait(lock, has_news);
-    } else if (!is_ending_) {
+    } else if (!is_ending_ && !has_made_room) {
       changed_.wait_for(lock, options_.retry, [this] { return is_ending_; });
     }
     take_waiting(work);
@@ -210,32 +248,29 @@ void Store::write_all() {
     const bool is_last = is_ending_;
     is_writing_ = true;
     lock.unlock();
-    std::string fault;
-    try {
-      write(work);
-    } catch (const std::exception& error) {
-      writer_->roll_back();
-      fault = error.what();
-      note_fault(fault);
-    }
+    const std::string fault = try_to_write(work);
+    has_made_room = !fault.empty() && make_room(work);
     for (Batch& batch : work.batches) {
       if (const Done done = std::exchange(batch.done, nullptr)) {
-        done(fault.empty() ? nullptr : not_written(fault));
+        done(fault.empty() ? nullptr : not_written(fault, batch.keep));
       }
     }
     if (fault.empty()) {
       write_checkpoints(work);
       work = {};
       forget_now_and_then();
+      reserve_.restore();
     } else {
       std::erase_if(work.batches, [](const Batch& batch) { return batch.keep == Keep::kNotAtAll; });
-      make_room(work);
     }
     lock.lock();
     is_writing_ = false;
     idle_.notify_all();
-    if (!fault.empty() && is_last) {
-      log::error("{} changes of sessions are lost: {}", count_of(work), fault);
+    if (!fault.empty() && is_last && !has_made_room) {
+      for (const Batch& batch : work.batches)
+        lost_ += static_cast<std::size_t>(
+            std::count_if(batch.changes.begin(), batch.changes.end(), is_of_session));
+      if (lost_ > 0) log::error("{} changes of sessions are lost: {}", lost_, fault);
       return;
     }
   }
@@ -272,6 +307,25 @@ void Store::write(const Work& work) {
   note_written(count_of(work));
 }
 
+std::string Store::try_to_write(const Work& work) {
+  const auto attempt = [&]() -> std::string {
+    try {
+      write(work);
+      return {};
+    } catch (const std::exception& error) {
+      writer_->roll_back();
+      return error.what();
+    }
+  };
+  std::string fault = attempt();
+  if (!fault.empty()) {
+    writer_->give_back();  // what the log held may be room enough
+    fault = attempt();
+  }
+  if (!fault.empty()) note_fault(fault);
+  return fault;
+}
+
 /// What is written stays written, whether or not room is made behind it.
 void Store::forget_now_and_then() {
   try {
@@ -305,31 +359,50 @@ void Store::forget_superseded() {
   }
 }
 
-void Store::make_room(Work& work) {
+bool Store::make_room(Work& work) {
   std::set<std::uint64_t> closed;
+  std::vector<KeptReply> replies;
+  const auto closes = [](const Batch& batch) {
+    return std::any_of(batch.changes.begin(), batch.changes.end(), [](const Change& change) {
+      return std::holds_alternative<ClosedSession>(change);
+    });
+  };
   for (const Batch& batch : work.batches) {
+    if (!closes(batch)) continue;
     for (const Change& change : batch.changes) {
       if (const auto* one = std::get_if<ClosedSession>(&change)) closed.insert(one->uid);
+      if (const auto* reply = std::get_if<KeptReply>(&change)) replies.push_back(*reply);
     }
   }
-  if (closed.empty()) return;
-  try {
-    writer_->begin();
-    for (const std::uint64_t uid : closed) writer_->write(ClosedSession{uid});
-    writer_->commit();
-  } catch (const std::exception&) {  // not even that: all of it is tried again
-    writer_->roll_back();
-    return;
-  }
+  if (closed.empty() || !remove(closed, replies)) return false;
   const auto is_gone = [&](const Change& change) {
     const auto* edited = std::get_if<EditedSession>(&change);
     const auto* opened = std::get_if<OpenedSession>(&change);
-    const auto* one = std::get_if<ClosedSession>(&change);
-    return one != nullptr || (edited != nullptr && closed.contains(edited->uid)) ||
+    return (edited != nullptr && closed.contains(edited->uid)) ||
            (opened != nullptr && closed.contains(opened->uid));
   };
-  for (Batch& batch : work.batches) std::erase_if(batch.changes, is_gone);
+  for (Batch& batch : work.batches) {
+    if (closes(batch)) {
+      batch.changes.clear();
+      if (const Done done = std::exchange(batch.done, nullptr)) done(nullptr);
+    } else {
+      std::erase_if(batch.changes, is_gone);
+    }
+  }
   for (const std::uint64_t uid : closed) work.answers.erase(uid);
+  return true;
+}
+
+bool Store::remove(const std::set<std::uint64_t>& uids, const std::vector<KeptReply>& replies) {
+  do {
+    try {
+      writer_->make_room(uids, replies);
+      return true;
+    } catch (const std::exception& fault) {
+      log::debug("not even that can be written: {}", fault.what());
+    }
+  } while (reserve_.give_up());
+  return false;
 }
 
 void Store::note_written(std::size_t changes) {
@@ -356,7 +429,7 @@ std::string Store::fault() const {
 std::vector<StoredHead> Store::heads() {
   const std::lock_guard lock(reading_);
   std::vector<StoredHead> heads;
-  auto rows = reader_.prepare(
+  auto rows = reader_->prepare(
       "SELECT uid, revision, name, kind, status, touched FROM sessions ORDER BY touched");
   while (rows.step())
     heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3), rows.bytes(4),
@@ -372,8 +445,8 @@ proto::StoredSession Store::load(std::uint64_t uid) {
                   fmt::format("a row of the store {} is damaged", file().string()));
   };
   proto::StoredSession stored;
-  const Reading all_at_once(reader_);  // a checkpoint may be written meanwhile
-  auto head = reader_.prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
+  const Reading all_at_once(*reader_);  // a checkpoint may be written meanwhile
+  auto head = reader_->prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
   if (!head.bind(uid).step())
     throw Error(ErrorCode::kNotFound, "session", "the session is not in the store any more");
   stored.set_version(kWithoutCheckpoint);
@@ -381,7 +454,7 @@ proto::StoredSession Store::load(std::uint64_t uid) {
   stored.set_session(head.bytes(0));
   stored.set_kind(head.bytes(1));
   parse(*stored.mutable_scene(), head.bytes(2));
-  auto checkpoint = reader_.prepare("SELECT revision, checkpoint FROM checkpoints WHERE uid = ?");
+  auto checkpoint = reader_->prepare("SELECT revision, checkpoint FROM checkpoints WHERE uid = ?");
   std::uint64_t revision = 0;
   if (checkpoint.bind(uid).step()) {
     revision = checkpoint.number(0);
@@ -389,23 +462,24 @@ proto::StoredSession Store::load(std::uint64_t uid) {
     stored.set_version(kWithCheckpoint);
   }
   auto edits =
-      reader_.prepare("SELECT edit FROM edits WHERE uid = ? AND revision > ? ORDER BY revision");
+      reader_->prepare("SELECT edit FROM edits WHERE uid = ? AND revision > ? ORDER BY revision");
   edits.bind(uid).bind(revision);
   while (edits.step()) {
     const std::string bytes = edits.bytes(0);
     auto& edit = *stored.add_edits();
     if (!edit.ParseFromString(bytes)) parse(edit, without_client(bytes));
   }
-  auto answer = reader_.prepare("SELECT answer FROM answers WHERE uid = ?");
+  auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
   if (answer.bind(uid).step()) parse(*stored.mutable_answer(), answer.bytes(0));
   return stored;
 }
 
 std::set<std::string> Store::begin_run(const std::string& instance) {
   append({StartedRun{instance}}, nullptr);
+  flush();
   const std::lock_guard lock(reading_);
   std::set<std::string> before;
-  auto rows = reader_.prepare("SELECT instance FROM runs WHERE instance != ?");
+  auto rows = reader_->prepare("SELECT instance FROM runs WHERE instance != ?");
   rows.bind_text(instance);
   while (rows.step()) before.insert(rows.bytes(0));
   return before;
@@ -414,7 +488,7 @@ std::set<std::string> Store::begin_run(const std::string& instance) {
 std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
   const std::lock_guard lock(reading_);
   std::vector<KeptReply> replies;
-  auto rows = reader_.prepare(
+  auto rows = reader_->prepare(
       "SELECT client, id, hash, reply FROM replies WHERE at >= strftime('%s', 'now') - ? ORDER BY "
       "at");
   rows.bind(seconds);

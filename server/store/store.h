@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -16,6 +17,7 @@
 #include "limber/v1/stored.pb.h"
 #include "server/store/changes.h"
 #include "server/store/options.h"
+#include "server/store/reserve.h"
 #include "server/store/sqlite.h"
 
 namespace limber::server::store {
@@ -39,7 +41,7 @@ class Store {
   /// @throws Error{kIo} naming the folder or file; {kFailedPrecondition, "folder"} where another
   /// server has it or its file is of a newer form
   explicit Store(StoreOptions options);
-  ~Store();  // writes what waits; what cannot be written is lost, and the log says so
+  ~Store();  // as end()
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
@@ -54,6 +56,10 @@ class Store {
   /// Returns when all that was given is written, or could not be.
   void flush();
 
+  /// Writes what waits, and nothing that comes later. Once, or again without effect.
+  /// @returns changes of sessions that could not be written and are lost: the log says so, too
+  std::size_t end();
+
   /// Why changes cannot be written now; empty: they can.
   [[nodiscard]] std::string fault() const;
   [[nodiscard]] std::vector<StoredHead> heads();
@@ -61,7 +67,8 @@ class Store {
   [[nodiscard]] proto::StoredSession load(std::uint64_t uid);
   /// StoredSession.version.
   static constexpr std::uint32_t kWithoutCheckpoint = 1, kWithCheckpoint = 2;
-  /// Notes that a server of this instance has the folder. @returns those that had it before
+  /// Notes that a server of this instance has the folder: whether changes can be written is known
+  /// behind it. @returns those that had it before
   [[nodiscard]] std::set<std::string> begin_run(const std::string& instance);
   /// Replies that are younger than so many seconds.
   [[nodiscard]] std::vector<KeptReply> replies(std::uint64_t seconds);
@@ -90,8 +97,14 @@ class Store {
   void take_waiting(Work& work);
   [[nodiscard]] static std::size_t count_of(const Work& work);
   void write(const Work& work);
+  /// @returns why not; empty: all of it is written
+  [[nodiscard]] std::string try_to_write(const Work& work);
   /// Of what could not be written: sessions that are closed make room first.
-  void make_room(Work& work);
+  /// @returns whether there were such, and they are removed
+  bool make_room(Work& work);
+  [[nodiscard]] bool remove(const std::set<std::uint64_t>& uids,
+                            const std::vector<KeptReply>& replies);
+  void open_writer();
   void forget_now_and_then();
   void write_checkpoints(Work& work);
   void forget_superseded();
@@ -101,9 +114,10 @@ class Store {
   const StoreOptions options_;
   struct Lock;
   const std::unique_ptr<Lock> lock_;  // of the folder
+  Reserve reserve_;
   std::unique_ptr<Writer> writer_;
   std::mutex reading_;
-  Database reader_;
+  std::optional<Database> reader_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_, idle_;
@@ -111,7 +125,8 @@ class Store {
   bool is_ending_ = false, is_writing_ = false;
   std::string fault_;
   std::uint64_t commits_ = 0, changes_ = 0;
-  std::thread thread_;  // last: it uses the rest
+  std::size_t lost_ = 0;  // in the end
+  std::thread thread_;    // last: it uses the rest
 };
 
 }  // namespace limber::server::store

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <variant>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "server/log/log.h"
 
 namespace limber::server::store {
 namespace {
@@ -15,7 +17,10 @@ namespace {
 // Of the tables. 1: all edits of a session are there; 2: there are checkpoints, which servers that
 // know form 1 alone must not pass over.
 constexpr std::uint64_t kFirstForm = 1, kForm = 2;
-constexpr std::uint64_t kEditsAtOnce = 4096;  // that are removed
+/// That are removed in one transaction where there is no room: less than a megabyte of log.
+constexpr std::uint64_t kFewEdits = 128;
+/// A revision behind all others, and an integer of SQLite.
+constexpr std::uint64_t kLastRevision = std::numeric_limits<std::int64_t>::max();
 
 std::uint64_t now_s() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -23,11 +28,53 @@ std::uint64_t now_s() {
       std::chrono::duration_cast<std::chrono::seconds>(since).count());
 }
 
+/// While it lives, what is removed is not overwritten where that would be more to write, and the
+/// log is not folded unasked.
+class Sparing {
+ public:
+  explicit Sparing(Database& database) : database_(database) {
+    try {
+      auto mode = database_.prepare("PRAGMA secure_delete");
+      before_ = mode.step() ? mode.number(0) : 0;
+    } catch (const std::exception& fault) {
+      log::debug("secure_delete: {}", fault.what());
+    }
+    set(kFast, 0);
+  }
+  ~Sparing() { set(before_, kPagesOfLog); }
+  Sparing(const Sparing&) = delete;
+  Sparing& operator=(const Sparing&) = delete;
+
+ private:
+  static constexpr std::uint64_t kFast = 2;  // of SQLite: 0 off, 1 on, 2 fast
+  static constexpr int kPagesOfLog = 1000;   // at which SQLite folds it, by default
+
+  void set(std::uint64_t mode, int pages) noexcept {
+    try {
+      const char* const name = mode == kFast ? "FAST" : mode == 0 ? "OFF" : "ON";
+      database_.run(
+          fmt::format("PRAGMA secure_delete = {}; PRAGMA wal_autocheckpoint = {}", name, pages)
+              .c_str());
+    } catch (const std::exception& fault) {
+      log::debug("secure_delete: {}", fault.what());
+    }
+  }
+
+  Database& database_;
+  std::uint64_t before_ = kFast;
+};
+
 }  // namespace
 
 Writer::Writer(const StoreOptions& options)
     : options_(options), database_(options.file(), Database::Access::kWrite) {
-  database_.run("PRAGMA auto_vacuum = INCREMENTAL");  // before the file has pages
+  // Before the file has pages. Where it has, this would be a change, for which there may be no
+  // room.
+  const auto vacuums = [this] {
+    auto mode = database_.prepare("PRAGMA auto_vacuum");
+    return mode.step() && mode.number(0) != 0;
+  };
+  if (!vacuums()) database_.run("PRAGMA auto_vacuum = INCREMENTAL");
   database_.run("PRAGMA journal_mode = WAL");
   database_.run(options.durability == Durability::kPower ? "PRAGMA synchronous = FULL"
                                                          : "PRAGMA synchronous = NORMAL");
@@ -62,7 +109,6 @@ Writer::Writer(const StoreOptions& options)
                             database_.file().string(), form.number(0), kFirstForm, kForm));
   }
   prepare();
-  forget_old();
 }
 
 void Writer::prepare() {
@@ -146,11 +192,10 @@ void Writer::take(const SavedCheckpoint& saved) {
   begun_[saved.uid] = saved.revision;
 }
 
-void Writer::forget_superseded() {
+void Writer::forget_superseded(std::uint64_t left) {
   if (superseded_.empty()) return;
   begin();
   try {
-    std::uint64_t left = kEditsAtOnce;
     while (left > 0 && !superseded_.empty()) {
       const auto [uid, revision] = *superseded_.begin();
       auto& oldest = statements_->oldest_edit.again().bind(uid);
@@ -170,6 +215,48 @@ void Writer::forget_superseded() {
     roll_back();
     throw;
   }
+}
+
+void Writer::make_room(const std::set<std::uint64_t>& uids, const std::vector<KeptReply>& replies) {
+  const Sparing sparing(database_);
+  begin();
+  try {
+    for (const std::uint64_t uid : uids) {
+      statements_->forget_session.again().bind(uid).step();
+      statements_->forget_answer.again().bind(uid).step();
+      statements_->forget_checkpoint.again().bind(uid).step();
+    }
+    for (const KeptReply& reply : replies) take(reply);
+    commit();
+  } catch (...) {
+    roll_back();
+    throw;
+  }
+  for (const std::uint64_t uid : uids) superseded_[uid] = kLastRevision;
+  give_back();
+}
+
+void Writer::give_back() noexcept {
+  const auto try_to = [](auto step) {
+    try {
+      step();
+    } catch (const std::exception& fault) {  // another step may go, and some other time this one
+      log::debug("room is left in the store: {}", fault.what());
+    }
+  };
+  const Sparing sparing(database_);
+  const auto fold = [&] {
+    // What is free is cut off before: the log need not bring it in.
+    try_to([&] { database_.run("PRAGMA incremental_vacuum"); });
+    try_to([&] { database_.fold_log(); });
+  };
+  fold();
+  try_to([&] {
+    while (has_superseded()) {
+      forget_superseded(kFewEdits);
+      fold();
+    }
+  });
 }
 
 void Writer::take(const ClosedSession& closed) { remove(closed.uid); }
@@ -232,17 +319,29 @@ void Writer::forget_old() {
     forget_replies();
     // Of edits that were made while their session was being closed.
     database_.run("DELETE FROM edits WHERE uid NOT IN (SELECT uid FROM sessions)");
-    if (const auto retain = static_cast<std::uint64_t>(options_.retain.count()); retain > 0) {
-      auto old = database_.prepare("SELECT uid FROM sessions WHERE touched < ?");
-      std::vector<std::uint64_t> uids;
-      for (old.bind(now_s() - retain); old.step();) uids.push_back(old.number(0));
-      for (const std::uint64_t uid : uids) remove(uid);
-    }
     commit();
   } catch (...) {
     roll_back();
     throw;
   }
+}
+
+void Writer::forget_unchanged() {
+  const auto retain = static_cast<std::uint64_t>(options_.retain.count());
+  if (retain == 0) return;
+  std::map<std::uint64_t, std::string> names;
+  std::set<std::uint64_t> uids;
+  auto old = database_.prepare("SELECT uid, name FROM sessions WHERE touched < ?");
+  for (old.bind(now_s() - retain); old.step();) {
+    uids.insert(old.number(0));
+    names[old.number(0)] = old.bytes(1);
+  }
+  if (uids.empty()) return;
+  make_room(uids, {});
+  for (const auto& [uid, name] : names)
+    log::info(log::Fields{{"session", name}}, "session {} is removed: nobody has changed it", name);
+  log::info("{} sessions are removed that nobody has changed for {} days", names.size(),
+            static_cast<double>(retain) / 86400);
 }
 
 }  // namespace limber::server::store

@@ -5,8 +5,10 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/store/changes.h"
 #include "server/store/options.h"
@@ -17,7 +19,7 @@ namespace limber::server::store {
 /// The writing end of a store's file: its tables, and what changes do to them. One thread.
 class Writer {
  public:
-  /// Makes the tables where there are none.
+  /// Makes the tables where there are none; else nothing is written.
   /// @throws Error{kIo}; {kFailedPrecondition, "folder"} for a file of a newer form
   explicit Writer(const StoreOptions& options);
 
@@ -31,13 +33,22 @@ class Writer {
   void write_answer(std::uint64_t uid, const std::string& answer);
   /// Whether there are edits that a checkpoint stands for.
   [[nodiscard]] bool has_superseded() const { return !superseded_.empty(); }
-  /// Removes some thousand of them, in a transaction of its own: those that wait for the store are
-  /// not held up for longer.
-  void forget_superseded();
+  /// Removes so many of them, in a transaction of its own: those that wait for the store are not
+  /// held up for longer.
+  void forget_superseded(std::uint64_t edits = 4096);
+  /// Removes sessions, with replies to those who closed them, by as little space as it can be done
+  /// with: their edits go in parts, and the log and what is free in the file are given back.
+  /// @throws Error{kIo}: nothing is removed
+  void make_room(const std::set<std::uint64_t>& uids, const std::vector<KeptReply>& replies);
+  /// What is superseded, the log and free pages of the file go back to the disk, as far as they
+  /// can.
+  void give_back() noexcept;
   /// They are removed behind the next checkpoint, or by the next server.
   void leave_superseded() { superseded_.clear(); }
-  /// Sessions that were not changed for so long, and old replies.
+  /// Old replies, and what closed sessions have left.
   void forget_old();
+  /// Removes sessions that were not changed for so long (StoreOptions::retain).
+  void forget_unchanged();
   /// Old replies, once a minute; free pages go back to the disk.
   void forget_now_and_then();
 

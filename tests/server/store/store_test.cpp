@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <chrono>
@@ -12,6 +13,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "server/log/log.h"
+#include "server/store/reserve.h"
 #include "server/store/sqlite.h"
 
 namespace limber::server::store {
@@ -303,6 +306,55 @@ TEST_F(StoreTest, AFullFileIsSaidOnceToEveryWriterAndNothingIsLost) {
   }
 }
 
+TEST_F(StoreTest, AClosingIsWrittenThoughTheFileIsFullAndSaysSo) {
+  options_.bytes = 100'000;
+  options_.retry = std::chrono::hours(1);  // only what makes room is tried again at once
+  Store store(options_);
+  write(store, {opened(7, "flower"), opened(8, "tulip")});
+  std::vector<Change> changes;
+  for (std::uint64_t i = 1; i <= 300; ++i) changes.emplace_back(edited(7, i));
+  write(store, std::move(changes));
+  EditedSession large = edited(8, 1);
+  large.edit.append(200'000, ' ');
+  // Together: the edit of `tulip` fails, and with it the transaction.
+  std::promise<bool> is_edited;
+  store.append({large}, [&](const std::exception_ptr& fault) { is_edited.set_value(!fault); });
+  std::promise<bool> is_closed;
+  store.append({ClosedSession{7}, KeptReply{"client", 1, 0, "closed"}},
+               [&](const std::exception_ptr& fault) { is_closed.set_value(!fault); });
+  EXPECT_FALSE(is_edited.get_future().get());
+  EXPECT_EQ(store.end(), 1U) << "the edit is lost";
+  EXPECT_TRUE(is_closed.get_future().get());
+  EXPECT_EQ(count_in(options_, "edits"), 0U);
+  EXPECT_EQ(count_in(options_, "replies"), 1U);
+  ASSERT_EQ(store.heads().size(), 1U);
+  EXPECT_EQ(store.heads()[0].uid, 8U);
+}
+
+TEST_F(StoreTest, AReserveHoldsItsRoomUntilItIsGivenUp) {
+  fs::create_directories(options_.folder);
+  Reserve reserve(options_.reserve());
+  EXPECT_FALSE(reserve.give_up());
+  reserve.restore();
+  struct stat file {};
+  ASSERT_EQ(::stat(options_.reserve().c_str(), &file), 0);
+  EXPECT_GE(static_cast<std::uint64_t>(file.st_blocks) * 512, Reserve::kBytes);
+  EXPECT_EQ(file.st_mode & 0777U, 0600U);
+  EXPECT_TRUE(reserve.give_up());
+  EXPECT_FALSE(fs::exists(options_.reserve()));
+  EXPECT_FALSE(reserve.give_up());
+  reserve.restore();
+  EXPECT_TRUE(fs::exists(options_.reserve()));
+}
+
+TEST_F(StoreTest, WhatComesBehindTheEndIsRefused) {
+  Store store(options_);
+  write(store, {opened(7, "flower")});
+  EXPECT_EQ(store.end(), 0U);
+  EXPECT_THROW(write(store, {edited(7, 1)}), Error);
+  EXPECT_EQ(store.load(7).edits_size(), 0);
+}
+
 TEST_F(StoreTest, OneServerAtATimeHasTheFolder) {
   Store store(options_);
   try {
@@ -328,10 +380,17 @@ TEST_F(StoreTest, SessionsThatNobodyChangesGoAfterTheirTime) {
   }
   Database(options_.file(), Database::Access::kWrite)
       .run("UPDATE sessions SET touched = touched - 86500 WHERE uid = 7");
+  log::set_level(log::Level::kInfo);
+  ::testing::internal::CaptureStderr();
   Store store(options_);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  log::set_level(log::Level::kOff);
+  EXPECT_THAT(said, HasSubstr("session old is removed"));
+  EXPECT_THAT(said, HasSubstr("1 sessions are removed"));
   ASSERT_EQ(store.heads().size(), 1U);
   EXPECT_EQ(store.heads()[0].name, "new");
   EXPECT_THROW((void)store.load(7), Error);
+  EXPECT_EQ(count_in(options_, "edits"), 0U);
 }
 
 TEST_F(StoreTest, RepliesAndRunsAreKnownAgain) {
