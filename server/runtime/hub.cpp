@@ -71,6 +71,7 @@ Hub::Hub(ServerOptions given)
           control, options.limits.jobs,
           [this](const proto::JobStatus& status) { publish_job(status); }, run.first_id),
       store(options.store ? std::make_unique<store::Store>(*options.store) : nullptr),
+      patient(session_threads(options)),
       solve_pool(solve_threads(options)),
       refine_pool(refine_threads(options)),
       session_pool(session_threads(options)),
@@ -101,10 +102,23 @@ session::Executor Hub::session_executor(const std::string& client) {
 
 void Hub::post_patiently(const std::string& client, std::function<void()> task) {
   patient.put(client, std::move(task));
+  run_patiently();
+}
+
+void Hub::post_job(std::function<void()> task) {
+  patient.put("jobs", std::move(task), TakingTurns::Share::kAll);
+  run_patiently();
+}
+
+void Hub::run_patiently() {
   boost::asio::post(session_pool, [this] {
     lower_priority(Helpers::kPatient);
     patient.run_one();
   });
+}
+
+Refusal Hub::going_down() const {
+  return shutting_down(is_handed_over.load() ? NextRun::kTakesOver : NextRun::kUnknown);
 }
 
 void Hub::publish_job(const proto::JobStatus& status) {

@@ -14,6 +14,7 @@
 #include "server/runtime/taking_turns.h"
 #include "server/store/store.h"
 #include "server/transport/transport.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 
@@ -42,6 +43,10 @@ struct Hub {
   [[nodiscard]] std::uint64_t memory_limit() const;
   /// For builds and jobs: on a thread that gives way to those of the other pools.
   void post_patiently(const std::string& client, std::function<void()> task);
+  /// Of jobs, which --max-jobs bounds.
+  void post_job(std::function<void()> task);
+  /// What is refused now, since the server ends.
+  [[nodiscard]] Refusal going_down() const;
 
   ServerOptions options;
   const Run run = Run::begin();
@@ -53,17 +58,21 @@ struct Hub {
   OpenRequests open_requests;
   std::atomic<Phase> phase{Phase::kStarting};
   std::atomic<bool> stopping{false};
-  WebEntrance web;  // set before the transport starts
+  std::atomic<bool> is_handed_over{false};  // it ends for another run to take its place
+  WebEntrance web;                          // set before the transport starts
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   /// Null: sessions end with the server. Those who wait for it are answered by the transport.
   std::unique_ptr<store::Store> store;
   NewestFirst refining;
-  TakingTurns patient;
+  TakingTurns patient;  // on the threads of session_pool
   // Last, so that their threads end before anything they use does.
   boost::asio::thread_pool solve_pool;    // what somebody waits for
   boost::asio::thread_pool refine_pool;   // until it is final: at a somewhat lower priority
   boost::asio::thread_pool session_pool;  // builds, checks, designs and jobs: at a lower priority
   boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames
+
+ private:
+  void run_patiently();
 };
 
 /// Topic of all jobs.

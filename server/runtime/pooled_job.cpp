@@ -11,7 +11,7 @@ JobId start_pooled_job(Hub& hub, const char* kind, const char* prefix,
   const Cancellation cancellation;
   const JobId job = hub.jobs.start(kind, "", [cancellation] { cancellation.request(); });
   // All together have --max-jobs of them: whose they are makes no difference.
-  hub.post_patiently("jobs", [&hub, job, prefix, cancellation, work = std::move(work)] {
+  hub.post_job([&hub, job, prefix, cancellation, work = std::move(work)] {
     const JobContext context{cancellation, [&hub, job](const std::string& stage, double fraction) {
                                hub.jobs.progress(job, {stage, fraction});
                              }};

@@ -1,39 +1,63 @@
 #include "server/runtime/taking_turns.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace limber::server {
 
 TakingTurns::~TakingTurns() {
-  while (take()) {  // without the lock: a task may be the last to hold a session
+  while (!clients_.empty()) {  // a task may be the last to hold a session, whose end asks for more
+    const auto ending = std::exchange(clients_, {});
   }
 }
 
-void TakingTurns::put(const std::string& client, Task task) {
+void TakingTurns::put(const std::string& client, Task task, Share share) {
   const std::lock_guard lock(mutex_);
-  std::deque<Task>& own = waiting_[client];
-  if (own.empty()) turns_.push_back(client);
-  own.push_back(std::move(task));
+  Client& own = clients_[client];
+  own.share = share;
+  if (own.waiting.empty()) turns_.push_back(client);
+  own.waiting.push_back(std::move(task));
 }
 
-TakingTurns::Task TakingTurns::take() {
-  const std::lock_guard lock(mutex_);
-  if (turns_.empty()) return nullptr;
-  std::string client = std::move(turns_.front());
-  turns_.pop_front();
-  const auto own = waiting_.find(client);
-  Task task = std::move(own->second.front());
-  own->second.pop_front();
-  if (own->second.empty()) {
-    waiting_.erase(own);
-  } else {
-    turns_.push_back(std::move(client));
+std::optional<TakingTurns::Taken> TakingTurns::take() {
+  const auto turn = std::find_if(turns_.begin(), turns_.end(), [&](const std::string& client) {
+    const Client& own = clients_.at(client);
+    return own.share == Share::kAll || own.running < free_;
+  });
+  if (turn == turns_.end()) {
+    ++left_;
+    return std::nullopt;
   }
-  return task;
+  Taken taken{std::move(*turn), nullptr};
+  turns_.erase(turn);
+  Client& own = clients_.at(taken.client);
+  taken.task = std::move(own.waiting.front());
+  own.waiting.pop_front();
+  if (!own.waiting.empty()) turns_.push_back(taken.client);
+  ++own.running;
+  --free_;
+  return taken;
+}
+
+void TakingTurns::give_back(const std::string& client) {
+  ++free_;
+  const auto own = clients_.find(client);
+  if (--own->second.running == 0 && own->second.waiting.empty()) clients_.erase(own);
 }
 
 void TakingTurns::run_one() {
-  if (const Task task = take()) task();
+  std::unique_lock lock(mutex_);
+  auto taken = take();
+  while (taken) {
+    lock.unlock();
+    taken->task();
+    taken->task = nullptr;
+    lock.lock();
+    give_back(taken->client);
+    if (left_ == 0) return;
+    --left_;
+    taken = take();
+  }
 }
 
 }  // namespace limber::server

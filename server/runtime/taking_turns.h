@@ -1,34 +1,60 @@
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace limber::server {
 
 /// Tasks of many clients for few threads: clients take turns, each with its oldest task, so that
-/// one that has asked for much holds up nobody else. Thread-safe.
+/// one that has asked for much holds up nobody else. Tasks may run for long, so that some threads
+/// are left to who comes later: a client has no more tasks running than threads are free. Of ten
+/// threads the first client gets five, the next three. Thread-safe.
 class TakingTurns {
  public:
   using Task = std::function<void()>;
+  /// Of the threads, to the tasks of a client.
+  enum class Share {
+    kPart,
+    kAll,  // their number is bounded elsewhere
+  };
 
-  TakingTurns() = default;
+  /// @param threads  that call run_one()
+  explicit TakingTurns(std::size_t threads) : free_(threads) {}
   ~TakingTurns();
   TakingTurns(const TakingTurns&) = delete;
   TakingTurns& operator=(const TakingTurns&) = delete;
 
-  void put(const std::string& client, Task task);
-  /// Runs one that waits, if any does.
+  /// @param share  the same for all tasks of a client
+  void put(const std::string& client, Task task, Share share = Share::kPart);
+  /// To be called once for each task, on one of the threads: runs one that waits, or leaves that to
+  /// a thread that becomes free.
   void run_one();
 
  private:
-  [[nodiscard]] Task take();
+  struct Client {
+    std::deque<Task> waiting;
+    std::size_t running = 0;
+    Share share = Share::kPart;
+  };
+  struct Taken {
+    std::string client;
+    Task task;
+  };
+  /// Where there is none, the call counts as left. With the lock.
+  [[nodiscard]] std::optional<Taken> take();
+  /// Its task has ended. With the lock.
+  void give_back(const std::string& client);
 
   std::mutex mutex_;
-  std::map<std::string, std::deque<Task>> waiting_;  // none is empty
-  std::deque<std::string> turns_;                    // those of waiting_, the next one first
+  std::size_t free_;                       // threads
+  std::size_t left_ = 0;                   // calls of run_one() that ran nothing
+  std::map<std::string, Client> clients_;  // that wait or run
+  std::deque<std::string> turns_;          // those that wait, the next one first
 };
 
 }  // namespace limber::server

@@ -69,6 +69,25 @@ void Service::change_list(const Ticket& ticket, const std::function<void(AllowLi
   hub_.transport.allow(changed.keys());
 }
 
+std::string Service::with_names_of_keys(std::string text) const {
+  const auto& curve = hub_.options.transport.curve;
+  if (!curve) return text;
+  AllowedKeys keys = curve->allowed;
+  if (!curve->allow_file.empty()) {
+    try {
+      keys = read_allowed_keys(curve->allow_file);
+    } catch (const Error& fault) {  // as somebody is writing it
+      log::debug("{}", fault.what());
+    }
+  }
+  for (const auto& [key, allowed] : keys) {
+    const auto at = text.find(key);
+    if (at != std::string::npos && !allowed.name.empty())
+      text.replace(at, key.size(), allowed.name);
+  }
+  return text;
+}
+
 void Service::allow(AllowedKeys keys) {
   const std::lock_guard order(list_order_);
   const auto& curve = hub_.options.transport.curve;

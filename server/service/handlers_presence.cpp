@@ -35,8 +35,13 @@ void Service::edit_session(const SharedTicket& ticket, const Request& request) {
   if (kept_.is_on()) order.lock();
   record->touch();
   proto::Reply reply;
-  *reply.mutable_edit() =
-      edit(*record, request.edit(), ClientDirectory::author_of(*ticket, request.client_name()));
+  const std::string author = ClientDirectory::author_of(*ticket, request.client_name());
+  try {
+    *reply.mutable_edit() = edit(*record, request.edit(), author);
+  } catch (const Error& fault) {
+    if (fault.code() != ErrorCode::kFailedPrecondition || ticket->key().empty()) throw;
+    throw Error(fault.code(), fault.field(), with_names_of_keys(fault.what()));
+  }
   const std::uint64_t revision = reply.edit().revision();
   note_revision(*record, *ticket, request.client_name(), revision, kinds_of_edits(request.edit()));
   keep_edit(ticket, request, *record, revision, std::move(reply));
@@ -79,7 +84,7 @@ void Service::leave_all(const std::string& client) {
     record->publish_status();
   }
   for (const auto& parked : sessions_.all_parked())
-    if (parked.people && parked.people->leave(*number)) publish_parked(hub_, parked);
+    if (parked.people && parked.people->leave(*number)) server::publish_parked(hub_, parked);
 }
 
 }  // namespace limber::server

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "server/log/log.h"
@@ -21,6 +23,22 @@ constexpr std::uint64_t kSequencesAhead = 1'000'000;
 store::OpenedSession opened_session(const Record& record, const proto::Scene& scene) {
   return {record.key().uid, record.id(), record.kind(), scene.SerializeAsString(),
           record.status().SerializeAsString()};
+}
+
+/// Of a session that this store has: limits of before may have been wider, and what was open stays.
+/// It may have as many constraints as it ever had.
+SceneContext context_of_stored(SceneContext context, const proto::StoredSession& stored) {
+  const auto widen = [](auto& limit, std::uint64_t most) {
+    using Number = std::decay_t<decltype(+limit)>;
+    if (limit < most) limit = static_cast<Number>(most);
+  };
+  widen(context.limits.mesh_tets, std::numeric_limits<std::uint64_t>::max());
+  widen(context.limits.frames, std::numeric_limits<std::uint32_t>::max());
+  int constraints = std::max(stored.scene().constraints_size(),
+                             stored.checkpoint().body().scene().constraints_size());
+  for (const auto& edit : stored.edits()) constraints += edit.edits_size();
+  widen(context.limits.constraints, static_cast<std::uint64_t>(constraints));
+  return context;
 }
 
 Error not_brought_back(const SessionKey& key, const std::exception& why) {
@@ -158,7 +176,8 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
   if (!sessions_.parked(parked.key.reference())) return;
   const auto begin = std::chrono::steady_clock::now();
   try {
-    (void)restore(parked.key, hub_.store->load(parked.key.uid), parked.people);
+    const proto::StoredSession stored = hub_.store->load(parked.key.uid);
+    (void)restore(parked.key, stored, context_of_stored(scenes_, stored), parked.people);
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_LIMIT_EXCEEDED) throw;
     throw not_brought_back(parked.key, refusal);
@@ -173,11 +192,12 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
 
 KeptSessions::Restored KeptSessions::restore(const SessionKey& key,
                                              const proto::StoredSession& stored,
+                                             const SceneContext& scenes,
                                              const std::shared_ptr<Attendance>& people) {
   const Kind& kind = kinds_.of(stored.scene(), "scene");
   proto::Scene scene = stored.scene();
   if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
-  const std::unique_ptr<Opening> opening = kind.read(scene, scenes_);
+  const std::unique_ptr<Opening> opening = kind.read(scene, scenes);
   const auto room = parking_.make_room(opening->memory());
   const JobId job = start_open_job(key);
   JobGuard guard(hub_.jobs, job);

@@ -73,8 +73,9 @@ class KeptSessions {
     std::unique_lock<std::recursive_mutex> order;
   };
   /// Makes a session of a stored one, under a name that is reserved for it.
-  [[nodiscard]] Restored restore(const SessionKey& key, const proto::StoredSession& stored,
-                                 const std::shared_ptr<Attendance>& people = nullptr);
+  [[nodiscard]] Restored restore(const SessionKey& key, const proto::StoredSession& stored) {
+    return restore(key, stored, scenes_, nullptr);
+  }
   /// Writes all of a session that was restored from a file. With its edit_order(), held since
   /// before it was in the registry: what others do to it is written behind it.
   void imported(const SharedTicket& ticket, const Record& record,
@@ -86,6 +87,9 @@ class KeptSessions {
              std::function<void()> undo = nullptr);
   static void recall_makers(Record& record, const proto::StoredSession& stored);
   void bring_back(const SessionRegistry::Parked& parked);
+  [[nodiscard]] Restored restore(const SessionKey& key, const proto::StoredSession& stored,
+                                 const SceneContext& scenes,
+                                 const std::shared_ptr<Attendance>& people);
 
   Hub& hub_;
   const Kinds& kinds_;

@@ -58,6 +58,7 @@ void Server::republish_status() {
   const std::chrono::duration<double> interval = hub_.options.status_interval;
   status_again_ = call_after(hub_.control, interval.count(), [this] {
     for (const auto& record : service_.sessions().all()) record->publish_status();
+    service_.publish_parked();
     service_.park_idle();
     republish_status();
   });
@@ -107,6 +108,7 @@ void Server::drain() {
   std::unique_lock lock(mutex_);
   if (stop_) return;
   hub_.phase.store(Phase::kDraining);
+  hub_.is_handed_over.store(hub_.store != nullptr);
   log::info("draining: no new sessions, at most {} s", static_cast<double>(hub_.options.drain_s));
   const std::chrono::duration<double> most(hub_.options.drain_s);
   const auto wait_while = [&](auto is_busy) {
@@ -129,10 +131,10 @@ void Server::drain() {
 
 /// Waiting clients get the true reason before the cancellations would give another.
 void Server::refuse_and_cancel() {
-  service_.refuse_waiting(shutting_down());
+  service_.refuse_waiting(hub_.going_down());
   const auto records = service_.sessions().all();
   for (const auto& record : records) {
-    record->waiters().refuse_all(shutting_down(), ResultWaiters::Later::kRefuse);
+    record->waiters().refuse_all(hub_.going_down(), ResultWaiters::Later::kRefuse);
   }
   hub_.jobs.shut_down();
   for (const auto& record : records) {
@@ -140,7 +142,7 @@ void Server::refuse_and_cancel() {
       record->stop_work();
     } catch (const std::exception&) {  // closed meanwhile, or not yet there
     }
-    record->end(shutting_down());
+    record->end(hub_.going_down());
   }
 }
 

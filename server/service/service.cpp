@@ -136,7 +136,7 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
     if (is_of_another_run && (peek.body == Request::kShutdown || !kept_.had(peek.instance)))
       throw restarted("", "");
     demand_role(ticket->role(), peek.body);
-    if (hub_.stopping.load()) throw shutting_down();
+    if (hub_.stopping.load()) throw hub_.going_down();
     if (verb_of(peek.body).effect == Effect::kLasting) ticket->note_lasting();
     if (came_before(ticket, original, peek, payload)) return;
     dispatch(ticket, peek.body, std::move(payload));
@@ -264,7 +264,7 @@ void Service::park_idle() {
 void Service::work_on(HeavyRequests::Request heavy) {
   const auto& ticket = heavy.ticket;
   try {
-    if (hub_.stopping.load()) throw shutting_down();
+    if (hub_.stopping.load()) throw hub_.going_down();
     const Request request = parse(heavy.payload);
     if (request.has_edit() && heavy.payload.size() > kLightBytes &&
         !kinds_.may_be_large(request.edit())) {
@@ -282,10 +282,14 @@ void Service::work_on(HeavyRequests::Request heavy) {
   }
 }
 
+void Service::publish_parked() {
+  for (const auto& parked : sessions_.all_parked()) server::publish_parked(hub_, parked);
+}
+
 void Service::subscribed(const std::string& prefix, Has has) {
   for (const auto& record : sessions_.all()) record->welcome(prefix, has);
   for (const auto& parked : sessions_.all_parked()) {
-    if (status_topic(parked.key.name).starts_with(prefix)) publish_parked(hub_, parked);
+    if (status_topic(parked.key.name).starts_with(prefix)) server::publish_parked(hub_, parked);
   }
   if (std::string(kJobsTopic).compare(0, prefix.size(), prefix) != 0) return;
   hub_.jobs.publish_running();

@@ -32,6 +32,8 @@ class Service {
   void subscribed(const std::string& prefix, Has has);
   /// Now and then: what nobody uses is parked, on the pool.
   void park_idle();
+  /// The status of parked sessions to its subscribers, who would ask after a silence.
+  void publish_parked();
   [[nodiscard]] std::string overflow_reply(const Address& address,
                                            const UnreadReplies::Excess& excess) const;
   /// A reply did not reach this client: what it has waiting for a thread is dropped.
@@ -121,6 +123,8 @@ class Service {
   proto::CancelResponse cancel(const proto::CancelRequest& request);
   void drop(const std::shared_ptr<Record>& record);
   void demand_store() const;
+  /// Keys of clients that the list of keys has names for, by these.
+  [[nodiscard]] std::string with_names_of_keys(std::string text) const;
 
   // handlers_presence.cpp
   void edit_session(const SharedTicket& ticket, const Request& request);

@@ -1,5 +1,7 @@
 #include "server/service/session_parking.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <malloc.h>
 
 #include <algorithm>
@@ -50,9 +52,29 @@ std::unique_ptr<SessionParking::Room> SessionParking::make_room(const SessionMem
       (void)park(record);
     }
   }
-  if (const std::uint64_t bytes = sum(); bytes > limit)
-    throw limit_exceeded("scene", "estimated bytes of all sessions together", limit, bytes);
+  if (const std::uint64_t bytes = sum(); bytes > limit) throw no_room(wanted, bytes);
   return room;
+}
+
+Refusal SessionParking::no_room(std::uint64_t wanted, std::uint64_t bytes) const {
+  const std::uint64_t limit = hub_.memory_limit();
+  Refusal refusal =
+      limit_exceeded("scene", "estimated bytes of all sessions together", limit, bytes);
+  if (!hub_.store || wanted > limit) return refusal;
+  std::vector<std::string> busy;
+  for (const auto& record : sessions_.all())
+    if (record->status().state() != proto::SESSION_STATE_FAILED) busy.push_back(record->id());
+  if (busy.empty()) return refusal;
+  constexpr std::size_t kNamed = 3;
+  const std::size_t named = std::min(busy.size(), kNamed);
+  const std::string names =
+      fmt::format("{}{}", fmt::join(busy.begin(), busy.begin() + std::ptrdiff_t(named), ", "),
+                  busy.size() > named ? ", ..." : "");
+  return {refusal.code(), refusal.field(),
+          fmt::format("{}; {} sessions are in use ({}) and make room once they rest: try again in "
+                      "some seconds",
+                      refusal.what(), busy.size(), names),
+          refusal.details()};
 }
 
 void SessionParking::park_idle() {

@@ -45,6 +45,8 @@ class SessionParking {
   /// Those that nobody has asked for since then, the longest first.
   [[nodiscard]] std::vector<std::shared_ptr<Record>> idle(std::chrono::nanoseconds since,
                                                           People people) const;
+  /// Says which sessions are in use, since those that rest were parked before.
+  [[nodiscard]] Refusal no_room(std::uint64_t wanted, std::uint64_t bytes) const;
   /// @returns whether it was parked: not where it has work, or cannot be stored now
   bool park(const std::shared_ptr<Record>& record);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <new>
+#include <utility>
 
 #include "engine/session/core/limit_error.h"
 #include "server/wire/enum_table.h"
@@ -16,8 +17,10 @@ Refusal invalid(const std::string& field, const std::string& message) {
 
 Refusal malformed(const std::string& message) { return {proto::ERROR_CODE_MALFORMED, "", message}; }
 
-Refusal shutting_down() {
-  return {proto::ERROR_CODE_SHUTTING_DOWN, "", "the server is going down"};
+Refusal shutting_down(NextRun next) {
+  Details details;
+  if (next == NextRun::kTakesOver) details["send_again"] = "true";
+  return {proto::ERROR_CODE_SHUTTING_DOWN, "", "the server is going down", std::move(details)};
 }
 
 Refusal limit_exceeded(const std::string& field, const std::string& what, std::uint64_t limit,

@@ -59,6 +59,37 @@ def test_a_stopped_server_is_unreachable(fake):
     assert isinstance(caught.value, limber.ServerStopped) and caught.value.code == "SHUTTING_DOWN"
 
 
+@pytest.mark.parametrize("says_again, outcome", [(True, "answered"), (False, "SHUTTING_DOWN")])
+def test_what_a_server_refuses_at_its_end_is_sent_again_where_it_says_so(fake, says_again, outcome):
+    asked = []
+
+    def ending(request):
+        asked.append(request.id)
+        if len(asked) > 1:
+            return service.GetSessionResponse()
+        return service.Reply(id=request.id, error=common.Error(
+            code=common.ERROR_CODE_SHUTTING_DOWN, message="the server is going down",
+            details={"send_again": "true"} if says_again else {}))
+
+    with limber.connect(fake.requests, timeout=2) as server:
+        fake.handlers["get_session"] = ending
+        try:
+            server.connection.call("get_session", service.GetSessionRequest(session="a"))
+            assert outcome == "answered"
+        except limber.ServerStopped as error:
+            assert error.code == outcome
+    assert len(set(asked)) == 1, "under the same id, which is done once"
+
+
+def test_a_job_ends_with_its_server(fake):
+    fake.handlers["get_job"] = lambda request: service.Reply(id=request.id, error=common.Error(
+        code=common.ERROR_CODE_SHUTTING_DOWN, message="the server is going down", details={"send_again": "true"}))
+    with limber.connect(fake.requests) as server, pytest.raises(limber.ServerStopped):
+        begin = time.monotonic()
+        server.wait_job(1)
+    assert time.monotonic() - begin < 2
+
+
 def test_other_protocol_version_is_named(fake):
     fake.versions = [2, 3]
     with pytest.raises(limber.LimberError, match="speaks protocol 2, 3") as caught:

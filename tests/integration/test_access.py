@@ -195,3 +195,15 @@ def test_folders_that_a_server_makes_are_its_owners(endpoint, keys):
     assert stat.S_IMODE((keys / "data").stat().st_mode) == 0o700
     for file in (keys / "data").iterdir():
         assert stat.S_IMODE(file.stat().st_mode) & 0o077 == 0, file
+
+
+def test_whose_edit_is_in_the_way_is_told_by_the_name_of_the_key(connect):
+    with connect("edit") as one, connect("administer") as other:
+        made = one.open(small_scene(), session="s", progress=False)
+        held = made.add(node=tip_of(made), frame=20, displacement=(0, 0.4, 0))
+        of_other = other.session("s")
+        with pytest.raises(limber.LimberError, match="the newest edit is by the-edit: ask"):
+            of_other.undo()
+        of_other.edit([limber.move(held.id, (0, 0.6, 0))])
+        with pytest.raises(limber.LimberError, match="was changed since by the-administer: undo"):
+            made.undo()

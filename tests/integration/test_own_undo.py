@@ -75,6 +75,16 @@ def test_who_made_nothing_has_nothing_to_undo(pair):
     assert ana.redo().revision == 3, "it is ana's"
 
 
+def test_who_has_undone_all_has_nothing_more_to_undo(pair):
+    ana, ben = pair
+    tip = tip_of(ana)
+    ana.add(node=tip, frame=20, displacement=(0, 0.4, 0))
+    ben.add(node=tip, frame=40, displacement=(0, 0.1, 0))
+    ana.undo()
+    with pytest.raises(limber.LimberError, match="nothing more of yours to undo, the newest edit is by ben"):
+        ana.undo()
+
+
 @pytest.mark.parametrize("sample, mine, other, same", [
     ("hyperboloid", lambda one: one.pin(3), lambda one: one.load(5, force=(0, 0, -2)), lambda one: one.pin(3, position=(0, 0, 0.5))),
     ("arch", lambda one: one.load(10, force=(0, 0, -3)), lambda one: one.gravity((0, 0, -5)),

@@ -1,5 +1,6 @@
 """limberd parks sessions that nobody uses, and brings them back when somebody asks for them."""
 
+import subprocess
 import time
 
 import limber
@@ -8,6 +9,7 @@ import pytest
 import zmq
 from conftest import small_scene, tip_of
 from design_inputs import strip_scene, strips, until
+from limber.launching import find_binary
 from limber.messages import service, stream
 
 PARKED, READY = service.SESSION_STATE_PARKED, service.SESSION_STATE_READY
@@ -174,3 +176,61 @@ def test_jobs_of_one_client_do_not_stop_another_from_opening(launch):
             (state,) = (one.state for one in other.jobs() if one.job == job)
             assert state == service.JOB_STATE_RUNNING
         busy.connection.call("cancel", service.CancelRequest(job=job))
+
+
+def test_who_only_watches_wakes_nobody(parking, monkeypatch):
+    monkeypatch.setattr(limber.stream, "SILENCE", 3.0)
+    session = parking.open(small_scene(), progress=False)
+    session.wait()
+    watch = subprocess.Popen([str(find_binary("limber")), "--endpoint", parking.connection.endpoint, "watch", session.id],
+                             stdout=subprocess.DEVNULL)
+    try:
+        with session.stream() as stream:
+            rest(parking, session.id)
+            with pytest.raises(limber.LimberError, match="no frames"):
+                while True:
+                    stream.next(8)
+            assert parking.info().counters["brought_back"] == 0 and state_of(parking, session.id) == PARKED
+            session.add(node=tip_of(session), frame=20, displacement=(0, 0.4, 0))
+            while stream.next(20).result.revision < 1:  # the stored answer first
+                pass
+    finally:
+        watch.kill()
+        watch.wait()
+
+
+def test_what_is_stored_comes_back_whatever_limits_hold_now(launch, tmp_path):
+    data, exported = str(tmp_path / "data"), tmp_path / "bar.session"
+    before = launch("--data", data)
+    session = before.open(small_scene(), session="bar", progress=False)
+    for frame in (20, 30, 40):
+        session.add(node=tip_of(session), frame=frame, displacement=(0, 0.1, 0))
+    session.wait()
+    before.save_session("bar", exported)
+    before.close()
+    server = launch("--data", data, "--max-tets", "100", "--max-frames", "30", "--max-constraints", "1")
+    again = server.session("bar")
+    assert again.wait().converged and len(again.constraints()) == 3
+    again.undo()
+    again.redo()
+    assert again.wait().revision == 5 and len(again.constraints()) == 3
+    for attempt in (lambda: server.open(small_scene(), progress=False), lambda: server.restore_session(exported, session="copy")):
+        with pytest.raises(limber.LimberError) as refused:
+            attempt()
+        assert refused.value.code == "LIMIT_EXCEEDED"
+
+
+def test_who_finds_no_room_is_told_which_sessions_are_in_use(launch, tmp_path):
+    server = launch("--data", str(tmp_path / "data"), "--park-after", "0", *BOUNDS)
+    for name in ("one", "two"):
+        server.open(sample="hyperboloid", session=name, progress=False).wait(timeout=300)
+    for name in ("one", "two"):
+        server.session(name).revisions()
+        server.session(name).deploy(80)
+    with pytest.raises(limber.LimberError, match="2 sessions are in use .one, two. and make room once they rest: try again") as refused:
+        server.open(sample="hyperboloid", session="three", progress=False)
+    assert refused.value.code == "LIMIT_EXCEEDED" and refused.value.details["limit"] == "52000000"
+    for name in ("one", "two"):
+        server.session(name).wait(timeout=300)
+    time.sleep(2.2)
+    assert server.open(sample="hyperboloid", session="three", progress=False).wait(timeout=300).converged

@@ -64,6 +64,72 @@ def limberd_at(limberd, tmp_path, cache_dir):
     running.close()
 
 
+@pytest.fixture
+def storing_at(limberd, tmp_path, cache_dir):
+    running = Restartable(limberd, tmp_path, cache_dir, "--data", str(tmp_path / "data"), "--allow-shutdown")
+    yield running
+    running.close()
+
+
+def test_a_script_goes_on_behind_orderly_restarts(storing_at):
+    with limber.connect(storing_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        held = session.add(node=tip_of(session), frame=30, displacement=(0, 0.1, 0))
+        revision = session.revision
+
+        def restart():
+            storing_at.end(signal.SIGTERM)
+            time.sleep(0.15)
+            storing_at.start()
+
+        for _ in range(3):
+            restarting = threading.Thread(target=restart)
+            restarting.start()
+            while restarting.is_alive():
+                made = held.move((0, 0.1 + 1e-6 * revision, 0)).revision
+                assert made == revision + 1, "each is made once"
+                revision = made
+            restarting.join()
+        assert session.wait().revision == revision > 4
+
+
+def test_who_waits_gets_the_result_from_the_next_run(storing_at):
+    with limber.connect(storing_at.endpoint) as server, limber.connect(storing_at.endpoint) as other:
+        session = server.open(small_scene(), session="cup", progress=False)
+        session.wait()
+        found = []
+        waiting = threading.Thread(target=lambda: found.append(session.wait(revision=1).revision))
+        waiting.start()
+        while server.info().counters["open_requests"] < 2:  # with this one
+            time.sleep(0.01)
+        storing_at.end(signal.SIGTERM)
+        storing_at.start()
+        tip = tip_of(session)
+        other.session("cup").add(node=tip, frame=30, displacement=(0, 0.1, 0))
+        waiting.join(20)
+        assert found == [1]
+
+
+def test_a_server_that_is_stopped_on_purpose_says_so_at_once(storing_at):
+    with limber.connect(storing_at.endpoint) as server, limber.connect(storing_at.endpoint) as other:
+        session = server.open(small_scene(), session="cup", progress=False)
+        threading.Timer(0.5, other.shutdown).start()
+        begin = time.monotonic()
+        with pytest.raises(limber.ServerStopped):
+            session.wait(revision=99, timeout=60)
+        assert time.monotonic() - begin < 2.5, "not only when it is seen to be silent"
+
+
+def test_where_no_other_run_comes_the_refusal_is_told_in_time(storing_at):
+    with limber.connect(storing_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        threading.Timer(0.5, lambda: storing_at.process.send_signal(signal.SIGTERM)).start()
+        begin = time.monotonic()
+        with pytest.raises(limber.ServerStopped, match="going down"):
+            session.wait(revision=99, timeout=60)
+        assert time.monotonic() - begin < 16, "not only at the end of the wait"
+
+
 def test_a_stale_handle_never_reaches_a_strangers_session(limberd_at, tmp_path):
     with limber.connect(limberd_at.endpoint) as server:
         session = server.open(small_scene(), session="cup", progress=False)

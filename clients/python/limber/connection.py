@@ -3,7 +3,8 @@
 Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
 meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
 A request is sent once more where the connection broke and is there again, and after half of its time, under the same id:
-limberd applies what changes something once and answers it again, and the first answer counts.
+limberd applies what changes something once and answers it again, and the first answer counts. Requests about sessions that a
+limberd with a store refuses, since it ends for another run to take its place, are sent to that one.
 """
 
 from __future__ import annotations
@@ -39,6 +40,16 @@ PATIENCE = 3.0
 
 # Not sent again: a limberd that was started meanwhile is not meant.
 SENT_ONCE = frozenset({"shutdown"})
+
+
+@dataclass
+class _Asked:
+    """A request that waits for an answer."""
+
+    future: futures.Future
+    again: "bytes | None"   # what is sent once more for it
+    is_for_next: bool       # another run of limberd that has its sessions answers it as well
+    refusal: "service.Reply | None" = None  # of a run that has ended
 
 
 @dataclass(frozen=True)
@@ -118,6 +129,11 @@ def _needs_instance(kind: str, message: Any) -> bool:
     return kind == "shutdown" or (kind != "open_session" and bool(session) and "@" not in session)
 
 
+def _is_for_next(kind: str, message: Any) -> bool:
+    """Jobs end with their run."""
+    return kind == "get_server_info" or "session" in message.DESCRIPTOR.fields_by_name
+
+
 class Connection:
     """Requests to one limberd. Thread-safe."""
 
@@ -135,8 +151,7 @@ class Connection:
         # restart was reported by ServerRestarted, or a session was opened there.
         self.instance = ""
         self._ids = itertools.count(1)
-        # What waits for an answer, and what is sent once more for it.
-        self._pending: "dict[int, tuple[futures.Future, bytes | None]]" = {}
+        self._pending: "dict[int, _Asked]" = {}
         self._lock = threading.Lock()
         self._closed = False
         self._last_heard = 0.0
@@ -164,11 +179,15 @@ class Connection:
         """
         timeout = self.timeout if timeout is None else timeout
         sent = time.monotonic()
-        identifier, data, future = self._submit(kind, message)
+        identifier, asked = self._submit(kind, message)
         try:
-            reply = self._await(future, timeout, data, asks=kind == "wait")
-        except futures.TimeoutError:
+            reply = self._await(asked, timeout, asks=kind == "wait")
+        except (futures.TimeoutError, ServerUnreachable) as error:
             self._abandon(identifier, reopen=self._last_heard < sent)
+            if asked.refusal is not None:
+                raise from_message(asked.refusal.error) from None
+            if isinstance(error, ServerUnreachable):
+                raise
             raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
         except BaseException:
             self._abandon(identifier, reopen=False)
@@ -184,19 +203,19 @@ class Connection:
         """Raises ServerUnreachable."""
         self.call("get_server_info", service.GetServerInfoRequest(), timeout=min(PATIENCE, self.timeout))
 
-    def _await(self, future: futures.Future, timeout: float, again: bytes | None, asks: bool) -> "service.Reply":
-        """again: what is sent once more after half of the time if the server is silent; asks: whether it is there, while
-        it is silent."""
+    def _await(self, asked: _Asked, timeout: float, asks: bool) -> "service.Reply":
+        """asks: whether the server is there, while it is silent."""
         begin = time.monotonic()
-        if again is not None:
+        if asked.again is not None:
             try:
-                return self._attentive(future, begin + timeout / 2, asks)
+                return self._attentive(asked, begin + timeout / 2, asks)
             except futures.TimeoutError:
-                if self._last_heard < begin:
-                    self._send(again)
-        return self._attentive(future, begin + timeout, asks)
+                if self._last_heard < begin or asked.refusal is not None:
+                    self._send(asked.again)
+        return self._attentive(asked, begin + timeout, asks)
 
-    def _attentive(self, future: futures.Future, deadline: float, asks: bool) -> "service.Reply":
+    def _attentive(self, asked: _Asked, deadline: float, asks: bool) -> "service.Reply":
+        future = asked.future
         meant = self.instance
         while asks:
             left = deadline - time.monotonic()
@@ -207,7 +226,7 @@ class Connection:
             except futures.TimeoutError:
                 if time.monotonic() - self._last_heard >= SILENCE:
                     self.ask_whether_there()
-                if meant and self._heard_instance != meant:
+                if meant and self._heard_instance != meant and asked.refusal is None:
                     raise ServerRestarted("limberd was restarted, and what is waited for is gone with it")
         return future.result(max(0.0, deadline - time.monotonic()))
 
@@ -230,19 +249,17 @@ class Connection:
         self._control.close()
         self.context.destroy(linger=0)
 
-    def _submit(self, kind: str, message) -> "tuple[int, bytes | None, futures.Future]":
-        """Its number, what is sent once more, and its answer."""
+    def _submit(self, kind: str, message) -> "tuple[int, _Asked]":
         request = service.Request(version=PROTOCOL, id=next(self._ids), client=self.client, client_name=self.client_name,
                                   instance=self.instance if _needs_instance(kind, message) else "", **{kind: message})
         data = request.SerializeToString()
-        again = None if kind in SENT_ONCE else data
-        future: futures.Future = futures.Future()
+        asked = _Asked(futures.Future(), None if kind in SENT_ONCE else data, _is_for_next(kind, message))
         with self._lock:
             if self._closed:
                 raise LimberError("CANCELLED", "this connection is closed")
-            self._pending[request.id] = (future, again)
+            self._pending[request.id] = asked
             self._control.send_multipart([_SEND, data])
-        return request.id, again, future
+        return request.id, asked
 
     def _send(self, data: bytes) -> None:
         with self._lock:
@@ -310,13 +327,13 @@ class Connection:
         control.close()
         with self._lock:
             left, self._pending = list(self._pending.values()), {}
-        for future, _ in left:
-            future.set_exception(LimberError("CANCELLED", "this connection was closed"))
+        for asked in left:
+            asked.future.set_exception(LimberError("CANCELLED", "this connection was closed"))
 
     def _send_unanswered(self, socket: zmq.Socket) -> None:
         """The connection is another one: what the server had not read of the one before is lost."""
         with self._lock:
-            unanswered = [again for _, again in self._pending.values() if again is not None]
+            unanswered = [asked.again for asked in self._pending.values() if asked.again is not None]
         for again in unanswered:
             try:
                 socket.send(again, zmq.NOBLOCK)
@@ -335,10 +352,16 @@ class Connection:
         is_adopted = body == "open_session" or body == "error" and reply.error.code == common.ERROR_CODE_RESTARTED
         if reply.instance and (is_adopted or not self.instance):
             self.instance = reply.instance
+        is_put_off = (body == "error" and reply.error.code == common.ERROR_CODE_SHUTTING_DOWN
+                      and reply.error.details.get("send_again") == "true")
         with self._lock:
-            future, _ = self._pending.pop(reply.id, (None, None))
-        if future is not None:
-            future.set_result(reply)
+            asked = self._pending.get(reply.id)
+            if asked is not None and asked.is_for_next and is_put_off:
+                asked.refusal = reply  # it was not done; the next connection sends it again
+                return
+            self._pending.pop(reply.id, None)
+        if asked is not None:
+            asked.future.set_result(reply)
 
 
 def reachable(stream: str, requests: str) -> str:

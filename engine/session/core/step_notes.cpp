@@ -11,10 +11,20 @@
 namespace limber::session {
 namespace {
 
-Error nothing_own(const char* what, const Author& others) {
+/// @param next  the step of others that would be next; null: none
+Error nothing_own(const char* what, bool had_any, const StepNote* next) {
   return {ErrorCode::kFailedPrecondition, "",
-          fmt::format("there is nothing of yours to {}{}: ask for that of anyone", what,
-                      others.empty() ? "" : fmt::format(", the newest edit is by {}", others))};
+          fmt::format("there is nothing {}of yours to {}{}", had_any ? "more " : "", what,
+                      next == nullptr
+                          ? ""
+                          : fmt::format(", the newest edit is by {}: ask for that of anyone",
+                                        next->author))};
+}
+
+/// Edits of nobody in particular are everybody's, and so no one's here.
+bool has_any_of(const std::vector<StepNote>& notes, const Author& author) {
+  return std::any_of(notes.begin(), notes.end(),
+                     [&](const StepNote& note) { return note.author == author; });
 }
 
 }  // namespace
@@ -47,7 +57,9 @@ std::optional<std::size_t> StepChoice::to_undo() const {
     return age;
   }
   if (notes_.empty()) return std::nullopt;
-  throw nothing_own("undo", notes_.front().author);
+  const std::vector<std::size_t> left = above(notes_.size());
+  throw nothing_own("undo", has_any_of(notes_, author_),
+                    left.empty() ? nullptr : &notes_[left.front()]);
 }
 
 std::optional<std::size_t> StepChoice::to_redo(const StepNote* newest) const {
@@ -63,7 +75,7 @@ std::optional<std::size_t> StepChoice::to_redo(const StepNote* newest) const {
     if (!is_redo) return age;
   }
   if (newest == nullptr) return std::nullopt;
-  throw nothing_own("redo", newest->author);
+  throw nothing_own("redo", has_any_of(notes_, author_), newest);
 }
 
 std::vector<std::size_t> StepChoice::above(std::size_t age) const {

@@ -61,6 +61,7 @@ class BodyOpening final : public Opening {
       : cache_(std::move(cache)), decoded_(decode_body(message, "scene.", context)) {
     remarks_ = server::remarks(message, decoded_, "scene.");
     demand_memory(decoded_.scene, scene_limits(context.limits));
+    most_constraints_ = static_cast<int>(context.limits.constraints);
     memory_ = {estimate_session_bytes(decoded_.scene), estimate_kept_bytes(decoded_.scene)};
     opened_ = describe_body(message, decoded_.scene, context.resolve);
     if (opened_.surface) add_remarks(*opened_.surface);
@@ -78,7 +79,7 @@ class BodyOpening final : public Opening {
   }
   void start(Hub& hub, session::Executor executor) override {
     session::SessionOptions options;
-    options.max_constraints = static_cast<int>(hub.options.limits.constraints);
+    options.max_constraints = most_constraints_;
     options.mode_choice = mode_choice_within(decoded_.scene, hub.options.limits.session_bytes);
     record_->constraints_changed(decoded_.scene.constraints.size());
     const auto in_scene = [](const std::string& field) {
@@ -98,6 +99,7 @@ class BodyOpening final : public Opening {
 
   std::shared_ptr<session::ModelCache> cache_;
   DecodedScene decoded_;
+  int most_constraints_ = 0;
   SessionMemory memory_;
   std::vector<proto::Issue> remarks_;
   BodyRecord::Opened opened_;

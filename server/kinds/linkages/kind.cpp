@@ -43,6 +43,7 @@ class LinkageOpening final : public Opening {
     opened_.segments = sizes.segments;
     opened_.length_unit = linkage_.length_unit_in_metres;
     opened_.resolve = context.resolve;
+    most_targets_ = static_cast<int>(context.limits.constraints);
     most_chosen_edges_ = most_chosen_edges(linkage_, context.limits.session_bytes);
   }
 
@@ -56,9 +57,9 @@ class LinkageOpening final : public Opening {
     opened_.id = key.name;
     return record_ = std::make_shared<LinkageRecord>(hub, key, opened_, open_job);
   }
-  void start(Hub& hub, session::Executor executor) override {
+  void start(Hub&, session::Executor executor) override {
     session::LinkageLimits limits;
-    limits.max_targets = static_cast<int>(hub.options.limits.constraints);
+    limits.max_targets = most_targets_;
     limits.most_chosen_edges = most_chosen_edges_;
     record_->attach(with_linkage_fields(message_, [&] {
       return std::make_shared<session::LinkageSession>(opened_.id, std::move(linkage_), limits,
@@ -70,6 +71,7 @@ class LinkageOpening final : public Opening {
   const proto::Scene& message_;  // of the request, which outlives this
   scene::Linkage linkage_;
   SessionMemory memory_;
+  int most_targets_ = 0;
   int most_chosen_edges_ = 0;
   std::vector<proto::Issue> remarks_;
   LinkageRecord::Opened opened_;

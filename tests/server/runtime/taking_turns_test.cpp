@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -14,7 +15,8 @@ class Turns : public ::testing::Test {
     tasks.put(client, [this, name] { ran += name; });
   }
 
-  TakingTurns tasks;
+  static constexpr std::size_t kThreads = 10;
+  TakingTurns tasks{kThreads};
   std::string ran;
 };
 
@@ -46,10 +48,47 @@ TEST_F(Turns, MayAskForOthers) {
   EXPECT_EQ(ran, "1b");
 }
 
+/// Tasks that run until another thread has taken its turn, and how many did so at once.
+class LongTasks : public Turns {
+ protected:
+  void put_long(const std::string& client, TakingTurns::Share share) {
+    const auto task = [this] {
+      ++begun;
+      most = std::max(most, ++running);
+      tasks.run_one();
+      --running;
+    };
+    for (std::size_t i = 0; i < kThreads; ++i) tasks.put(client, task, share);
+  }
+
+  std::size_t begun = 0, running = 0, most = 0;
+};
+
+TEST_F(LongTasks, LeaveThreadsToOtherClients) {
+  put_long("many", TakingTurns::Share::kPart);
+  tasks.run_one();
+  EXPECT_EQ(most, kThreads / 2);
+  EXPECT_EQ(begun, kThreads) << "those that were left run on threads that become free";
+}
+
+TEST_F(LongTasks, ArePassedByThoseOfOthers) {
+  bool is_passed = false;
+  put_long("many", TakingTurns::Share::kPart);
+  tasks.put("last", [&] { is_passed = begun < kThreads; });
+  tasks.run_one();
+  EXPECT_TRUE(is_passed);
+}
+
+TEST_F(LongTasks, TakeAllThreadsWhereTheirNumberIsBoundedElsewhere) {
+  put_long("jobs", TakingTurns::Share::kAll);
+  tasks.run_one();
+  EXPECT_EQ(most, kThreads);
+}
+
 TEST(TakingTurns, LetsGoWhatWaitsAtItsEnd) {
   const auto held = std::make_shared<int>(1);
   {
-    TakingTurns tasks;
+    TakingTurns tasks(1);
     tasks.put("", [held] {});
     tasks.put("", [held] {});
     EXPECT_EQ(held.use_count(), 3);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -56,6 +57,29 @@ TEST(StepChoice, WhatIsTakenBackIsNotTakenBackAgainUntilItIsBroughtBack) {
   steps.made("ana", 4);  // 7: redo of 2
   EXPECT_EQ(steps.of("ana").to_redo(nullptr), std::nullopt);
   EXPECT_EQ(steps.of("ana").to_undo(), 5U) << "2 stands again";
+}
+
+std::string refusal_of_undo(const Steps& steps, const Author& author) {
+  try {
+    (void)steps.of(author).to_undo();
+  } catch (const Error& fault) {
+    return fault.what();
+  }
+  return "";
+}
+
+TEST(StepChoice, WhoHasTakenAllBackIsToldSoAndWhoseEditsAreLeft) {
+  Steps steps;
+  steps.made("ana");
+  steps.made("ana", 1);
+  EXPECT_EQ(refusal_of_undo(steps, "ana"), "there is nothing more of yours to undo");
+  EXPECT_EQ(refusal_of_undo(steps, "eve"), "there is nothing of yours to undo");
+  steps.made("ben");
+  steps.made("ana");
+  steps.made("ana", 4);
+  EXPECT_EQ(
+      refusal_of_undo(steps, "ana"),
+      "there is nothing more of yours to undo, the newest edit is by ben: ask for that of anyone");
 }
 
 TEST(StepChoice, AnEditOfOnesOwnEndsRedo) {
