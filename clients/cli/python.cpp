@@ -27,16 +27,17 @@ void use_own_python() {
   setenv("PYTHONPATH", (is_set ? own.string() + ":" + before : own.string()).c_str(), 1);
 }
 
-bool is_set(const char* variable) {
-  const char* value = std::getenv(variable);
-  return value != nullptr && *value != 0;
+/// @returns empty where it is not set
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
 }
 
 /// Modules of Debian's packages belong to its own Python, whichever comes first on the path.
 std::string interpreter() {
-  if (is_set("LIMBER_PYTHON")) return std::getenv("LIMBER_PYTHON");
+  if (std::string given = variable("LIMBER_PYTHON"); !given.empty()) return given;
   constexpr const char* kOfDebian = "/usr/bin/python3";
-  const bool is_of_path = is_set("VIRTUAL_ENV") || access(kOfDebian, X_OK) != 0;
+  const bool is_of_path = !variable("VIRTUAL_ENV").empty() || access(kOfDebian, X_OK) != 0;
   return is_of_path ? "python3" : kOfDebian;
 }
 
