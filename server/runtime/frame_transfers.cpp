@@ -81,7 +81,7 @@ std::shared_ptr<const FrameSource> FrameTransfers::begin(std::shared_ptr<const F
       if (earlier.is_final() || earlier.revision() != result->revision() ||
           earlier.frame_count() != result->frame_count())
         continue;
-      const auto shared = one->result;
+      auto shared = one->result;
       move_to(gone, begun);
       touch(look_up(shared->sequence()), now);
       return shared;
