@@ -24,7 +24,7 @@ import limber  # noqa: E402
 from conftest import small_scene, tip_of  # noqa: E402
 from design_inputs import strip_scene  # noqa: E402
 from limber.launching import find_binary  # noqa: E402
-from reporting import give_out  # noqa: E402
+from reporting import end_with  # noqa: E402
 from test_restarts import Restartable  # noqa: E402
 
 
@@ -168,9 +168,7 @@ def main():
     parser.add_argument("--checkpoint-edits", type=int, default=2000, help="as of limberd: few, for many checkpoints")
     parser.add_argument("--json", help="file for the result")
     options = parser.parse_args()
-    result = run(options)
-    give_out(result, options.json)
-    return 1 if result["faults"] else 0
+    return end_with(run(options), options.json)
 
 
 if __name__ == "__main__":

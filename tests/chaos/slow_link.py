@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from kills import ROOT  # noqa: F401  (finds limber and its tests)
-from reporting import give_out
+from reporting import end_with
 
 import limber
 import numpy as np
@@ -112,9 +112,7 @@ def main():
     parser.add_argument("--whole", action="store_true", help="motions in one answer each")
     parser.add_argument("--json", help="file for the result")
     options = parser.parse_args()
-    result = run(options)
-    give_out(result, options.json)
-    return 1 if result["faults"] else 0
+    return end_with(run(options), options.json)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 
 from kills import Beams, Body, Linkage
-from reporting import give_out
+from reporting import end_with
 
 import limber
 from conftest import small_scene
@@ -128,9 +128,7 @@ def main():
     parser.add_argument("--forward-only", action="store_true")
     parser.add_argument("--json", help="file for the result")
     options = parser.parse_args()
-    result = run(options)
-    give_out(result, options.json)
-    return 1 if result["faults"] else 0
+    return end_with(run(options), options.json)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from typing import Any, Callable, Iterable, Sequence
 
 import numpy as np
 
-from .. import arrays, checks, frame_parts, scenes
+from .. import arrays, checks, scenes
 from ..errors import invalid
 from ..messages import common
 from ..messages import scene as messages
