@@ -190,6 +190,7 @@ class FullKinematics::Impl {
   }
 
   SiteId add_site(const Site& site) {
+    heeded_.throw_if_cancelled();
     const SiteList::Added added = list_.add(site);
     if (!added.is_new) return added.id;
     const Site& own = list_.site(added.id);

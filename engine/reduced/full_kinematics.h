@@ -35,8 +35,8 @@ class FullKinematics final : public Kinematics {
   /// Registers (or finds) a site, as ReducedKinematics: the same calls give the same ids.
   SiteId add_site(const Site& site);
   SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
-  /// From now on evaluate() and curvature() throw Error{kCancelled} within about a millisecond once
-  /// it is requested. As add_site(), not during other calls.
+  /// From now on add_site(), evaluate() and curvature() throw Error{kCancelled} within about a
+  /// millisecond once it is requested. As add_site(), not during other calls.
   void heed(Cancellation cancellation);
 
   [[nodiscard]] int coordinate_count() const override;

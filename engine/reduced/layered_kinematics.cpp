@@ -46,7 +46,6 @@ SiteId LayeredKinematics::add_site(const Site& site) {
 
 void LayeredKinematics::set_full(std::unique_ptr<FullKinematics> full) {
   full_ = std::move(full);
-  full_->heed(heeded_.cancellation);
   sites_in_full_ = 0;
 }
 
@@ -58,13 +57,11 @@ void LayeredKinematics::use(Level level) {
 
 void LayeredKinematics::heed(const Cancellation& cancellation) {
   LIMBER_DEMAND(full_ != nullptr);
-  heeded_.cancellation = cancellation;
   full_->heed(cancellation);
 }
 
 void LayeredKinematics::add_sites_to_full() {
   for (; sites_in_full_ < sites_.size(); ++sites_in_full_) {
-    heeded_.throw_if_cancelled();
     const SiteId site = full_->add_site(sites_[sites_in_full_]);
     LIMBER_DEMAND(site == static_cast<SiteId>(sites_in_full_));
   }

@@ -97,7 +97,6 @@ class LayeredKinematics final : public Kinematics {
 
   std::shared_ptr<ReducedKinematics> reduced_;
   std::unique_ptr<FullKinematics> full_;
-  JobContext heeded_;
   Level level_ = Level::kReduced;
   std::vector<Site> sites_;
   std::size_t sites_in_full_ = 0;

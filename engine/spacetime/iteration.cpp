@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/error.h"
+#include "engine/base/given_up.h"
 
 namespace limber::spacetime {
 namespace {
@@ -21,18 +21,6 @@ constexpr double kSuspectGrowth = 2;
 constexpr double kSameEnergy = 1e-6;
 /// ... and what has not converged may be that much away from its end.
 constexpr double kClearlyBetter = 0.9;
-
-/// @returns whether the kinematics threw Error{kCancelled}: nobody wants the rest of the work
-template <class Work>
-bool is_given_up(const Work& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled) return true;
-    throw;
-  }
-  return false;
-}
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/clauses.h"
+#include "engine/base/given_up.h"
 #include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/impl.h"
 
@@ -72,26 +73,22 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(const Round& rou
   if (!is_quiet()) return std::nullopt;
   spacetime::Solver& solver = problem_->solver();
   const Eigen::MatrixXd before = solver.motion();
-  bool is_out_of_date = false;
   spacetime::SolveReport report;
   provide_full();
   try {
-    const Heeding heeding(*problem_, out_of_date_);
-    problem_->use(Level::kFull);
-    report = solver.solve({round.cancellation, {}},
-                          [&](const auto& /*improved*/) { return !out_of_date_.requested(); });
-    is_out_of_date = report.status == SolveStatus::kImproved;
-    problem_->use(Level::kReduced);
-    if (!is_out_of_date) problem_->anchor(spacetime::Known::kAnswer);
-  } catch (const Error& error) {
-    problem_->use(Level::kReduced);
-    if (error.code() != ErrorCode::kCancelled) throw;
-    is_out_of_date = true;
+    was_interrupted_ = is_given_up([&] {
+      const Heeding heeding(*problem_, out_of_date_);
+      problem_->use(Level::kFull);
+      report = solver.solve({round.cancellation, {}},
+                            [&](const auto& /*improved*/) { return !out_of_date_.requested(); });
+      if (report.status != SolveStatus::kImproved) problem_->anchor(spacetime::Known::kAnswer);
+    });
   } catch (...) {
     problem_->use(Level::kReduced);
     throw;
   }
-  was_interrupted_ = is_out_of_date;
+  problem_->use(Level::kReduced);
+  was_interrupted_ = was_interrupted_ || report.status == SolveStatus::kImproved;
   if (was_interrupted_) return std::nullopt;
   if (report.status ==
       SolveStatus::kCancelled) {  // what there was is an answer, if not the exact one
@@ -157,13 +154,11 @@ std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
   const std::shared_ptr<const ShownBasis> before = problem_shown_;
   Eigen::MatrixXd mixed;
   FullBody::Shown shown;
-  try {
+  const bool is_unwanted = is_given_up([&] {
     shown = full_body_->show(before->basis, mixed_motion(material, modal, mixed), reduced,
                              problem_->held_frames(), options, job);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCancelled) throw;
-    return std::nullopt;
-  }
+  });
+  if (is_unwanted) return std::nullopt;
   if (shown.basis != before->basis) {
     auto next = std::make_shared<ShownBasis>();
     next->basis = shown.basis;

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "engine/base/error.h"
+
+namespace limber {
+
+/// @returns whether `work` threw Error{kCancelled}: nobody wants the rest of it
+template <class Work>
+bool is_given_up(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled) return true;
+    throw;
+  }
+  return false;
+}
+
+}  // namespace limber
