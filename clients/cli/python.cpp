@@ -17,20 +17,19 @@ namespace {
 namespace fs = std::filesystem;
 using client::ClientError;
 
+/// @returns empty where it is not set
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
 void use_own_python() {
   std::error_code failed;
   const fs::path own =
       fs::weakly_canonical(fs::path(own_folder()) / "../../../clients/python", failed);
   if (failed || !fs::exists(own / "limber" / "__main__.py", failed)) return;
-  const char* before = std::getenv("PYTHONPATH");
-  const bool is_set = before != nullptr && *before != 0;
-  setenv("PYTHONPATH", (is_set ? own.string() + ":" + before : own.string()).c_str(), 1);
-}
-
-/// @returns empty where it is not set
-std::string variable(const char* name) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? value : "";
+  const std::string before = variable("PYTHONPATH");
+  setenv("PYTHONPATH", (before.empty() ? own.string() : own.string() + ":" + before).c_str(), 1);
 }
 
 /// Modules of Debian's packages belong to its own Python, whichever comes first on the path.

@@ -27,8 +27,8 @@ std::vector<Number> numbers(const v1::Array& array, v1::DataType type, int dimen
   // Without rows it does not matter how long they would be.
   const bool is_empty = dimensions > 0 && array.shape(0) == 0;
   std::size_t count = is_empty ? 0 : 1;
-  for (const auto extent : array.shape()) {
-    if (is_empty) break;
+  for (int i = 0; !is_empty && i < dimensions; ++i) {
+    const auto extent = array.shape(i);
     // Lengths come from bytes received, so no count beyond their number makes sense.
     if (extent > array.data().size()) throw malformed(" are shorter than their shape says");
     count *= extent;

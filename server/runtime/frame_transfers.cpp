@@ -81,10 +81,10 @@ std::shared_ptr<const FrameSource> FrameTransfers::begin(std::shared_ptr<const F
       if (earlier.is_final() || earlier.revision() != result->revision() ||
           earlier.frame_count() != result->frame_count())
         continue;
-      auto shared = one->result;
+      const auto shared = std::prev(one.base());
       move_to(gone, begun);
-      touch(look_up(shared->sequence()), now);
-      return shared;
+      touch(shared, now);
+      return shared->result;
     }
   }
   if (without == WithoutRoom::kBeginNone) {

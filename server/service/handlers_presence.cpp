@@ -84,7 +84,7 @@ void Service::leave_all(const std::string& client) {
     record->publish_status();
   }
   for (const auto& parked : sessions_.all_parked())
-    if (parked.people && parked.people->leave(*number)) server::publish_parked(hub_, parked);
+    if (parked.people && parked.people->leave(*number)) publish_parked(hub_, parked);
 }
 
 }  // namespace limber::server

@@ -3,15 +3,14 @@
 #include <cstdint>
 
 #include "limber/v1/stored.pb.h"
+#include "server/service/chosen_ids.h"
 
 namespace limber::server {
-
-namespace proto = limber::v1;
 
 /// Revisions and other counters of an imported session are below: what counts on from there is a
 /// number for SQLite and for pages, however long the session lives. Ids are not bounded: clients of
 /// earlier servers chose them.
-inline constexpr std::uint64_t kMostImportedNumber = std::uint64_t{1} << 53u;
+inline constexpr std::uint64_t kMostImportedNumber = kLargestChosenId + 1;
 
 /// Of what a session continues from: numbers that no server has counted to. What documents count
 /// with is checked where they begin (demand_reachable).

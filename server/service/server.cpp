@@ -58,7 +58,7 @@ void Server::republish_status() {
   const std::chrono::duration<double> interval = hub_.options.status_interval;
   status_again_ = call_after(hub_.control, interval.count(), [this] {
     for (const auto& record : service_.sessions().all()) record->publish_status();
-    service_.publish_parked();
+    service_.publish_all_parked();
     service_.park_idle();
     republish_status();
   });

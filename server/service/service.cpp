@@ -282,14 +282,14 @@ void Service::work_on(HeavyRequests::Request heavy) {
   }
 }
 
-void Service::publish_parked() {
-  for (const auto& parked : sessions_.all_parked()) server::publish_parked(hub_, parked);
+void Service::publish_all_parked() {
+  for (const auto& parked : sessions_.all_parked()) publish_parked(hub_, parked);
 }
 
 void Service::subscribed(const std::string& prefix, Has has) {
   for (const auto& record : sessions_.all()) record->welcome(prefix, has);
   for (const auto& parked : sessions_.all_parked()) {
-    if (status_topic(parked.key.name).starts_with(prefix)) server::publish_parked(hub_, parked);
+    if (status_topic(parked.key.name).starts_with(prefix)) publish_parked(hub_, parked);
   }
   if (std::string(kJobsTopic).compare(0, prefix.size(), prefix) != 0) return;
   hub_.jobs.publish_running();

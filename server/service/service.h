@@ -33,7 +33,7 @@ class Service {
   /// Now and then: what nobody uses is parked, on the pool.
   void park_idle();
   /// The status of parked sessions to its subscribers, who would ask after a silence.
-  void publish_parked();
+  void publish_all_parked();
   [[nodiscard]] std::string overflow_reply(const Address& address,
                                            const UnreadReplies::Excess& excess) const;
   /// A reply did not reach this client: what it has waiting for a thread is dropped.

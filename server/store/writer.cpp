@@ -150,11 +150,15 @@ void Writer::write(const Change& change) {
 }
 
 void Writer::remove(std::uint64_t uid) {
-  statements_->forget_session.again().bind(uid).step();
+  remove_but_edits(uid);
   statements_->forget_edits.again().bind(uid).step();
+  begun_.erase(uid);
+}
+
+void Writer::remove_but_edits(std::uint64_t uid) {
+  statements_->forget_session.again().bind(uid).step();
   statements_->forget_answer.again().bind(uid).step();
   statements_->forget_checkpoint.again().bind(uid).step();
-  begun_.erase(uid);
 }
 
 void Writer::take(const OpenedSession& opened) {
@@ -221,11 +225,7 @@ void Writer::make_room(const std::set<std::uint64_t>& uids, const std::vector<Ke
   const Sparing sparing(database_);
   begin();
   try {
-    for (const std::uint64_t uid : uids) {
-      statements_->forget_session.again().bind(uid).step();
-      statements_->forget_answer.again().bind(uid).step();
-      statements_->forget_checkpoint.again().bind(uid).step();
-    }
+    for (const std::uint64_t uid : uids) remove_but_edits(uid);
     for (const KeptReply& reply : replies) take(reply);
     commit();
   } catch (...) {

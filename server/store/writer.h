@@ -61,6 +61,7 @@ class Writer {
   void take(const KeptReply& reply);
   void take(const StartedRun& run);
   void remove(std::uint64_t uid);
+  void remove_but_edits(std::uint64_t uid);
   void forget_replies();
   void forget_replies_beyond(const KeptReply& newest);
 
