@@ -1,5 +1,7 @@
 #include "engine/base/error.h"
 
+#include <algorithm>
+
 namespace limber {
 
 const char* to_string(ErrorCode code) noexcept {
@@ -28,6 +30,11 @@ const char* to_string(ErrorCode code) noexcept {
       return "internal";
   }
   return "internal";
+}
+
+std::string whole_text(std::string text) {
+  std::replace(text.begin(), text.end(), '\0', '?');
+  return text;
 }
 
 namespace detail {

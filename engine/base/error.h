@@ -24,13 +24,17 @@ enum class ErrorCode {
 
 [[nodiscard]] const char* to_string(ErrorCode code) noexcept;
 
+/// Text that what() gives whole. A name that a message quotes may have zero bytes, at which what()
+/// would end; they become '?'.
+[[nodiscard]] std::string whole_text(std::string text);
+
 /// Bad input, described so that the caller can correct it: which field, which value, which rule.
 class Error : public std::runtime_error {
  public:
   /// @param field  path of the offending value in the caller's terms, e.g. "mesh.tets[17]"; empty
   /// if none applies
   Error(ErrorCode code, std::string field, const std::string& message)
-      : std::runtime_error(message), code_(code), field_(std::move(field)) {}
+      : std::runtime_error(whole_text(message)), code_(code), field_(std::move(field)) {}
   [[nodiscard]] ErrorCode code() const noexcept { return code_; }
   [[nodiscard]] const std::string& field() const noexcept { return field_; }
 

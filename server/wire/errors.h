@@ -20,7 +20,7 @@ class Refusal : public std::runtime_error {
  public:
   Refusal(proto::ErrorCode code, std::string field, const std::string& message,
           Details details = {})
-      : std::runtime_error(message),
+      : std::runtime_error(whole_text(message)),
         code_(code),
         field_(std::move(field)),
         details_(std::move(details)) {}

@@ -162,7 +162,7 @@ def test_vertices_and_points_of_an_artists_mesh(server, cli, tmp_path):
         corners = surface.triangles[100]
         point = cli("add", spot.id, "--surface-point", "100,0.5,0.25,0.25", "--frame", 40, "--displacement", 0.05, 0, 0.02, "--exact")
         assert point.returncode == 0, point.stderr
-        spot.wait(timeout=300)
+        spot.wait(spot.status().revision, timeout=300)  # an edit of another client
         moved = np.array((0.5, 0.25, 0.25)) @ (shown_vertices(spot, 40) - vertices)[corners]
         np.testing.assert_allclose(moved, (0.05, 0, 0.02), atol=5e-6 * size)
         np.testing.assert_allclose(shown_vertices(spot, 60)[top], target, atol=5e-6 * size)

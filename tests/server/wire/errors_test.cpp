@@ -15,6 +15,12 @@ TEST(Errors, EngineErrorsKeepCodeFieldAndMessage) {
   EXPECT_EQ(error_to_proto(Error(ErrorCode::kIo, "", "x"), "scene.").field(), "");
 }
 
+TEST(Errors, QuotedNamesWithZeroBytesDoNotEndAMessage) {
+  const std::string quoted("\0.obj: no mesh", 14);
+  EXPECT_EQ(error_to_proto(Error(ErrorCode::kIo, "", quoted)).message(), "?.obj: no mesh");
+  EXPECT_EQ(error_to_proto(invalid("file", quoted)).message(), "?.obj: no mesh");
+}
+
 TEST(Errors, EveryEngineCodeHasItsOwnOnTheWire) {
   const ErrorCode last = ErrorCode::kInternal;
   std::set<proto::ErrorCode> codes;
