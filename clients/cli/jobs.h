@@ -13,6 +13,10 @@ namespace limber::cli {
 v1::GetJobResponse follow_job(Context& context, std::uint64_t job, double wait_s,
                               const std::string& unnamed = "waiting");
 
+/// Waits until a session that was opened is built and solved, and shows how far it is.
+/// @throws ClientError what its build failed with
+void follow_opening(Context& context, const v1::OpenSessionResponse& opened, double wait_s);
+
 /// Stops a job, also after Ctrl-C; where that fails, stderr says so.
 void cancel_quietly(const Context& context, std::uint64_t job);
 

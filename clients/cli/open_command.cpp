@@ -139,7 +139,7 @@ void open(Context& context, const OpenOptions& options) {
   if (kind != client::FileKind::kScene) print_assumptions(context, options.scene, opened.session());
   if (!options.no_wait) {
     try {
-      follow_job(context, opened.job(), options.wait_s);
+      follow_opening(context, opened, options.wait_s);
     } catch (const ClientError&) {
       if (interrupted()) close_quietly(context, opened.session());
       throw;

@@ -185,6 +185,8 @@ void watch(Context& context, const WatchOptions& options) {
     const bool is_of_another =  // that took its name
         event->message.session_uid() != 0 && event->message.session_uid() != snapshot.uid();
     const auto& news = event->message.status();
+    // Of one that is stored another run may have it again; where none comes, silence tells.
+    if (event->topic == status && news.server_stopped() && news.is_stored()) continue;
     if (event->topic == status && news.server_stopped()) {
       throw client::ServerStopped(
           fmt::format("limberd was stopped, and session {} with it", options.session));

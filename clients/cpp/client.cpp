@@ -12,6 +12,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr Milliseconds kSlice{100};
+/// Between requests to a server that has said that it ends, until the next one answers.
+constexpr Milliseconds kFirstPause{50}, kLongestPause{1000};
 
 ClientError invalid(const std::string& field, const std::string& message) {
   return {v1::ERROR_CODE_INVALID_ARGUMENT, field, message};
@@ -145,45 +147,57 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
     throw ClientError(v1::ERROR_CODE_NOT_FOUND, "id",
                       "no request " + std::to_string(id) + " is in flight");
   const auto deadline = Clock::now() + timeout;
-  const auto half_time = deadline - timeout / 2;
+  auto next_sending = again != nullptr ? deadline - timeout / 2 : deadline;
+  Milliseconds pause = kFirstPause;
+  std::optional<v1::Error> put_off;  // by a run that ends
   const std::uint64_t heard_before = heard_;
-  while (!known->second) {
+  while (true) {
+    if (known->second) {
+      if (again == nullptr || !is_for_next_run(ClientError(known->second->error()))) break;
+      put_off = std::move(*known->second->mutable_error());
+      known->second.reset();
+      next_sending = std::min(deadline, Clock::now() + pause);
+    }
     bool readable = false;
     try {
-      readable = wait_readable(socket_, left_until(again != nullptr ? half_time : deadline));
+      readable = wait_readable(socket_, left_until(next_sending));
     } catch (...) {
       abandon(id);
       throw;
     }
-    if (!readable && again != nullptr) {
-      if (heard_ == heard_before) send(*again);
-      again = nullptr;
-      continue;
-    }
-    if (!readable) {
+    if (readable) {
+      receive_one();
+    } else if (Clock::now() < deadline) {
+      if (put_off || heard_ == heard_before) send(*again);
+      // The connection to a run that ends takes requests with it: it is asked until one answers.
+      pause = std::min(2 * pause, kLongestPause);
+      next_sending = put_off ? std::min(deadline, Clock::now() + pause) : deadline;
+    } else {
       abandon(id);
+      if (put_off) throw_refusal(*put_off);
       // Requests still in flight would be lost with the socket.
       if (heard_ == heard_before && pending_.empty()) open_socket();
       throw Unreachable("no answer from " + endpoint_ + " to " + what + " within " +
                         std::to_string(timeout.count()) + " ms");
     }
-    zmq::message_t message;
-    bool more = true;
-    while (more) {  // the envelope may bring an empty delimiter: the last part counts
-      if (!socket_.recv(message, zmq::recv_flags::dontwait)) break;
-      more = message.more();
-    }
-    v1::Reply reply;
-    if (more || !reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) continue;
-    ++heard_;
-    note_instance(reply);
-    const auto waiting = pending_.find(reply.id());
-    if (waiting != pending_.end()) waiting->second = std::move(reply);
   }
   v1::Reply reply = std::move(*known->second);
   pending_.erase(known);
   if (reply.has_error()) throw_refusal(reply.error());
   return reply;
+}
+
+void Client::receive_one() {
+  zmq::message_t message;
+  do {  // the envelope may bring an empty delimiter: the last part counts
+    if (!socket_.recv(message, zmq::recv_flags::dontwait)) return;
+  } while (message.more());
+  v1::Reply reply;
+  if (!reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) return;
+  ++heard_;
+  note_instance(reply);
+  const auto waiting = pending_.find(reply.id());
+  if (waiting != pending_.end()) waiting->second = std::move(reply);
 }
 
 void Client::note_instance(const v1::Reply& reply) {

@@ -47,6 +47,8 @@ inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 /// silent meanwhile, the socket is closed and opened again, so that nothing queued for a dead
 /// server reaches the next one. A request is sent once more after half of its time, under the same
 /// id: limberd applies what changes something once and answers it again; the first answer counts.
+/// What a server refuses at its end, and another run of it is to do, is sent to that one within the
+/// time of the request.
 ///
 /// A restart of limberd is reported by ServerRestarted: requests that name a session are meant for
 /// the run that instance() says, or, as NAME@UID, for that very session.
@@ -120,6 +122,8 @@ class Client {
   void send(const std::string& bytes);
   v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what,
                     const std::string* again);
+  /// Reads one message, of whichever request it answers.
+  void receive_one();
   void note_instance(const v1::Reply& reply);
   [[noreturn]] static void refuse_kind(const char* what);
   void open_socket();

@@ -28,6 +28,12 @@ void throw_refusal(const v1::Error& error) {
   throw ClientError(error);
 }
 
+bool is_for_next_run(const ClientError& error) {
+  const auto detail = error.details().find("send_again");
+  return error.code() == v1::ERROR_CODE_SHUTTING_DOWN && detail != error.details().end() &&
+         detail->second == "true";
+}
+
 Unreachable::Unreachable(const std::string& message)
     : ClientError(v1::ERROR_CODE_TIMEOUT, "", message) {}
 

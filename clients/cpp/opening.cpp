@@ -23,7 +23,7 @@ std::string open_session(Client& client, const v1::Scene& scene, const std::stri
   const v1::OpenSessionResponse opened = begin_session(client, scene, session);
   std::string reference = session_reference(opened.session(), opened.uid());
   try {
-    (void)wait_job(client, opened.job(), {}, timeout);
+    wait_until_ready(client, opened, {}, timeout);
   } catch (...) {
     try {
       OpenSession(client, reference).close();

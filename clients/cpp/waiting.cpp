@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <optional>
+#include <thread>
 #include <utility>
+
+#include "clients/cpp/session_reference.h"
 
 namespace limber::client {
 namespace {
@@ -18,6 +21,9 @@ constexpr Milliseconds kHoldTime{1000};
 constexpr Milliseconds kSilence{3500}, kPatience{3000};
 /// What came of a job may be many megabytes: after each silence it gets twice the time, to this.
 constexpr Milliseconds kLongestSilence{120000};
+
+/// Between requests to a server that has said that it ends.
+constexpr Milliseconds kPause{100};
 
 double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
 
@@ -57,10 +63,7 @@ v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request, Millisec
   const Milliseconds silence = first_silence(client);
   v1::GetSessionRequest look;
   look.set_session(request.session());
-  const auto deadline = Clock::now() + timeout;
-  for (;;) {
-    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
-    const Milliseconds slice = std::clamp(left, Milliseconds{1}, stretch);
+  const auto ask = [&](Milliseconds slice) -> std::optional<v1::ResultInfo> {
     request.set_timeout_s(seconds(slice));
     try {
       if (auto answer = held_answer(client, request, slice, silence))
@@ -73,6 +76,17 @@ v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request, Millisec
     if (progress) {
       if (const auto answer = held_answer(client, look, Milliseconds{0}, silence))
         progress(answer->status());
+    }
+    return std::nullopt;
+  };
+  const auto deadline = Clock::now() + timeout;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
+    try {
+      if (auto result = ask(std::clamp(left, Milliseconds{1}, stretch))) return std::move(*result);
+    } catch (const ServerStopped& refusal) {
+      if (!is_for_next_run(refusal) || left <= Milliseconds{0}) throw;
+      std::this_thread::sleep_for(kPause);
     }
     if (Clock::now() >= deadline) {
       throw ClientError(v1::ERROR_CODE_TIMEOUT, "timeout_s",
@@ -108,6 +122,39 @@ v1::GetJobResponse wait_job(Client& client, std::uint64_t job, const JobProgress
     if (left <= Milliseconds{0})
       throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
                         fmt::format("job {} still runs after {} s", job, seconds(timeout)));
+  }
+}
+
+namespace {
+
+/// Of a job that was waited for; another run may have its session.
+bool ended_with_its_run(const ClientError& error) {
+  return is_for_next_run(error) || error.code() == v1::ERROR_CODE_NOT_FOUND ||
+         error.code() == v1::ERROR_CODE_RESTARTED;
+}
+
+}  // namespace
+
+void wait_until_ready(Client& client, const v1::OpenSessionResponse& opened,
+                      const JobProgress& progress, Milliseconds timeout) {
+  const auto deadline = Clock::now() + timeout;
+  try {
+    (void)wait_job(client, opened.job(), progress, timeout);
+    return;
+  } catch (const ClientError& end) {
+    if (!ended_with_its_run(end)) throw;
+    v1::WaitRequest request;
+    request.set_session(session_reference(opened.session(), opened.uid()));
+    request.set_until(v1::WaitRequest::UNTIL_FINAL);
+    const auto left = std::chrono::ceil<Milliseconds>(deadline - Clock::now());
+    try {
+      (void)wait_for_result(client, request, std::max(left, kHoldTime), {});
+      return;
+    } catch (const Unreachable&) {  // no other run came
+    } catch (const ClientError& error) {
+      if (error.code() == v1::ERROR_CODE_TIMEOUT || error.code() == v1::ERROR_CODE_CANCELLED) throw;
+    }
+    throw;
   }
 }
 

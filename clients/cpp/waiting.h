@@ -17,6 +17,13 @@ using JobProgress = std::function<void(const v1::JobStatus&)>;
 [[nodiscard]] v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request,
                                              Milliseconds timeout, const WaitProgress& progress);
 
+/// Until a session that was opened is built and solved. Where its job ends with the run of limberd,
+/// the next one brings the session back, if it is stored, and builds it.
+/// @param opened  as begin_session() returns it. @param progress  as of wait_job()
+/// @throws ClientError as wait_job()
+void wait_until_ready(Client& client, const v1::OpenSessionResponse& opened,
+                      const JobProgress& progress, Milliseconds timeout);
+
 /// Until a job is done. @returns what came of it
 /// @param progress  told about five times a second, and of the job that is done; may be empty
 /// @throws ClientError what the job failed with; CANCELLED; TIMEOUT; Unreachable within 8 s of when

@@ -117,8 +117,10 @@ void Hub::run_patiently() {
   });
 }
 
-Refusal Hub::going_down() const {
-  return shutting_down(is_handed_over.load() ? NextRun::kTakesOver : NextRun::kUnknown);
+Refusal Hub::going_down() const { return shutting_down(next_run()); }
+
+NextRun Hub::next_run() const {
+  return is_handed_over.load() ? NextRun::kTakesOver : NextRun::kUnknown;
 }
 
 void Hub::publish_job(const proto::JobStatus& status) {

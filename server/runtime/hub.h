@@ -47,6 +47,8 @@ struct Hub {
   void post_job(std::function<void()> task);
   /// What is refused now, since the server ends.
   [[nodiscard]] Refusal going_down() const;
+  /// What is known of who comes after this run.
+  [[nodiscard]] NextRun next_run() const;
 
   ServerOptions options;
   const Run run = Run::begin();

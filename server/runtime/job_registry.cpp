@@ -227,7 +227,7 @@ void JobRegistry::abandon(const std::string& client) {
   }
 }
 
-void JobRegistry::shut_down() {
+void JobRegistry::shut_down(const Refusal& why) {
   std::vector<Waiter> waiters;
   std::vector<Cancel> cancels;
   {
@@ -240,7 +240,7 @@ void JobRegistry::shut_down() {
       job.waiters.clear();
     }
   }
-  for (auto& waiter : waiters) waiter.ticket->refuse(shutting_down());
+  for (auto& waiter : waiters) waiter.ticket->refuse(why);
   for (auto& cancel : cancels) cancel();
 }
 

@@ -16,6 +16,7 @@
 #include "server/runtime/run.h"
 #include "server/runtime/ticket.h"
 #include "server/runtime/timers.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 
@@ -76,7 +77,8 @@ class JobRegistry {
   /// Nobody reads the answers to this client's requests: it is gone.
   void abandon(const std::string& client);
   /// Asks every running job to stop and answers everybody who waits.
-  void shut_down();
+  /// @param why  they wait in vain
+  void shut_down(const Refusal& why);
 
  private:
   using Clock = std::chrono::steady_clock;

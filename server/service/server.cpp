@@ -136,7 +136,7 @@ void Server::refuse_and_cancel() {
   for (const auto& record : records) {
     record->waiters().refuse_all(hub_.going_down(), ResultWaiters::Later::kRefuse);
   }
-  hub_.jobs.shut_down();
+  hub_.jobs.shut_down(hub_.going_down());
   for (const auto& record : records) {
     try {
       record->stop_work();

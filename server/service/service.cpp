@@ -85,9 +85,10 @@ bool begins_work(proto::Request::BodyCase body) {
   }
 }
 
-Refusal draining() {
-  return {proto::ERROR_CODE_SHUTTING_DOWN, "",
-          "the server is draining: it will end, and takes no new sessions and jobs"};
+/// @param next  another run with its sessions takes the request
+Refusal draining(NextRun next) {
+  return shutting_down(next,
+                       "the server is draining: it will end, and takes no new sessions and jobs");
 }
 
 void check_envelope(const Address& address, const RequestPeek& peek) {
@@ -223,7 +224,7 @@ void Service::carry_out(const SharedTicket& ticket, const Request& request) {
   try {
     demand_role(ticket->role(), request.body_case());  // which may hide from handle()
     if (hub_.phase.load() == Phase::kDraining && begins_work(request.body_case()))
-      return static_cast<void>(ticket->refuse_unbegun(draining()));
+      return static_cast<void>(ticket->refuse_unbegun(draining(hub_.next_run())));
     (this->*verb_of(request.body_case()).handle)(ticket, request);
   } catch (const ParkedMeanwhile&) {
     boost::asio::post(hub_.request_pool,

@@ -17,10 +17,10 @@ Refusal invalid(const std::string& field, const std::string& message) {
 
 Refusal malformed(const std::string& message) { return {proto::ERROR_CODE_MALFORMED, "", message}; }
 
-Refusal shutting_down(NextRun next) {
+Refusal shutting_down(NextRun next, const std::string& message) {
   Details details;
   if (next == NextRun::kTakesOver) details["send_again"] = "true";
-  return {proto::ERROR_CODE_SHUTTING_DOWN, "", "the server is going down", std::move(details)};
+  return {proto::ERROR_CODE_SHUTTING_DOWN, "", message, std::move(details)};
 }
 
 Refusal limit_exceeded(const std::string& field, const std::string& what, std::uint64_t limit,

@@ -38,7 +38,8 @@ class Refusal : public std::runtime_error {
 [[nodiscard]] Refusal malformed(const std::string& message);
 /// Whether another run of the server will know what was done of a request.
 enum class NextRun { kUnknown, kTakesOver };
-[[nodiscard]] Refusal shutting_down(NextRun next = NextRun::kUnknown);
+[[nodiscard]] Refusal shutting_down(NextRun next = NextRun::kUnknown,
+                                    const std::string& message = "the server is going down");
 /// "`what` is V, the limit is L", with details {limit, value}.
 [[nodiscard]] Refusal limit_exceeded(const std::string& field, const std::string& what,
                                      std::uint64_t limit, std::uint64_t value);

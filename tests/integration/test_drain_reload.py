@@ -11,6 +11,7 @@ import limber
 import pytest
 import zmq
 from conftest import small_scene, tip_of
+from limber.messages import service
 from limber.v1 import stream_pb2 as stream
 from pages import ask, ready_file
 
@@ -75,9 +76,9 @@ def test_what_is_under_way_is_acknowledged_and_new_sessions_are_refused(launch, 
         status, _, body = ask(address, "/readyz")
         assert status == 503 and b"draining" in body
         assert ask(address, "/healthz")[0] == 200
-        with pytest.raises(limber.LimberError, match="draining") as refused:
-            server.open(small_scene(), session="t", progress=False)
-        assert refused.value.code == "SHUTTING_DOWN"
+        with pytest.raises(limber.ServerStopped, match="draining") as refused:
+            server.connection.call("open_session", service.OpenSessionRequest(session="t"), timeout=1)
+        assert refused.value.details == {"send_again": "true"}, "the next run may open it"
         assert session.status().revision == 1, "what is open goes on"
         assert not acknowledged
     waiting.join(20)

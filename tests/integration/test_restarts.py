@@ -47,8 +47,8 @@ class Restartable:
         self.process.send_signal(sign)
         self.process.wait(20)
 
-    def restart(self):
-        self.end()
+    def restart(self, sign=signal.SIGKILL):
+        self.end(sign)
         self.start()
 
     def close(self):
@@ -91,6 +91,58 @@ def test_a_script_goes_on_behind_orderly_restarts(storing_at):
                 revision = made
             restarting.join()
         assert session.wait().revision == revision > 4
+
+
+def test_sessions_are_opened_over_orderly_restarts(storing_at):
+    with limber.connect(storing_at.endpoint) as server:
+        begun = server.open(small_scene(), session="begun", progress=False, wait=False)
+        restarting = threading.Thread(target=storing_at.restart, args=(signal.SIGTERM,))
+        restarting.start()
+        assert begun.wait_ready(progress=False, timeout=60).state == service.SESSION_STATE_READY
+        assert begun.wait().status == "CONVERGED"
+        opened = 0
+        while restarting.is_alive() or opened < 1:
+            server.open(small_scene(), session=f"s{opened}", progress=False).close()
+            opened += 1
+        restarting.join()
+
+
+def test_the_command_line_goes_on_behind_orderly_restarts(storing_at, tmp_path):
+    limber_binary = str(find_binary("limber"))
+    scene = tmp_path / "scene.json"
+    environment = dict(os.environ, LIMBER_ENDPOINT=storing_at.endpoint)
+
+    def run(*arguments, **options):
+        return subprocess.Popen([limber_binary, *map(str, arguments)], env=environment, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True, **options)
+
+    def done(process):
+        out, errors = process.communicate(timeout=60)
+        assert process.returncode == 0, errors
+        return out
+
+    with limber.connect(storing_at.endpoint) as server:
+        made = server.open(small_scene(), session="made", progress=False)
+        tip = tip_of(made)
+        [scene] = [path for path in made.export(tmp_path / "saved", formats=("scene",)) if str(path).endswith(".json")]
+    done(run("open", scene, "--session", "cup"))
+    watching = run("watch", "cup", "--count", 1000, "--silence", 6)
+    waiting = run("wait", "cup", "--revision", 2)
+    time.sleep(1.0)  # both have begun
+    edits = 0
+    for _ in range(2):
+        restarting = threading.Thread(target=storing_at.restart, args=(signal.SIGTERM,))
+        restarting.start()
+        while restarting.is_alive():
+            done(run("open", scene, "--session", f"next{edits}"))
+            done(run("add", "cup", "--node", tip, "--frame", 30 + edits, "--displacement", 0, 0.1, 0))
+            edits += 1
+        restarting.join()
+    done(run("add", "cup", "--node", tip, "--frame", 20, "--displacement", 0, 0.1, 0))
+    done(waiting)
+    seen = watching.communicate(timeout=60)[0]
+    revisions = [int(line.split()[0]) for line in seen.splitlines() if line.split()[:1] and line.split()[0].isdigit()]
+    assert revisions[-1] == edits + 1 and revisions == sorted(revisions)
 
 
 def test_who_waits_gets_the_result_from_the_next_run(storing_at):

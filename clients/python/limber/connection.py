@@ -131,7 +131,8 @@ def _needs_instance(kind: str, message: Any) -> bool:
 
 def _is_for_next(kind: str, message: Any) -> bool:
     """Jobs end with their run."""
-    return kind == "get_server_info" or "session" in message.DESCRIPTOR.fields_by_name
+    fields = message.DESCRIPTOR.fields_by_name
+    return kind not in SENT_ONCE and ("session" in fields or "job" not in fields)
 
 
 class Connection:

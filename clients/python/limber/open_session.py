@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from . import arrays, browsing, checks, edits, exports, frame_parts, pictures, player, rendering, saving
 from .browsing import SessionPage
-from .errors import LimberError
+from .errors import LimberError, ServerUnreachable
 from .exports import Export
 from .messages import common, presence, service
 from .motion import MotionStream
@@ -354,14 +355,30 @@ class OpenSession:
         return status
 
     def _wait_ready(self, progress: ProgressOption, timeout: float) -> "service.SessionStatus":
-        checks.seconds(timeout, "timeout")
+        deadline = time.monotonic() + checks.seconds(timeout, "timeout")
         if self.job:
-            self.server.wait_job(self.job, progress, timeout)
+            try:
+                self.server.wait_job(self.job, progress, timeout)
+            except LimberError as error:
+                if not _ended_with_its_run(error):
+                    raise
+                self._wait_for_next_run(error, deadline)
         status = self.status()
         if status.state == service.SESSION_STATE_FAILED:
             raise LimberError("FAILED_PRECONDITION", f"session {self.id} failed: {status.message}")
         self.revision = max(self.revision, status.revision)
         return status
+
+    def _wait_for_next_run(self, end: LimberError, deadline: float) -> None:
+        """Its job ended with the run of limberd; the next one brings the session back, where it is stored, and builds it.
+
+        end: of the run, raised where no such run comes.
+        """
+        try:
+            self.wait(revision=0, timeout=max(1.0, deadline - time.monotonic()))
+        except LimberError as error:
+            raise (error if error.code == "TIMEOUT" and not isinstance(error, ServerUnreachable) else end) from None
+        self.job = 0
 
     def close(self) -> None:
         """Ends the session on the server, for every client."""
@@ -369,6 +386,13 @@ class OpenSession:
 
     def __repr__(self) -> str:
         return f"Session({self.id!r} at {self.connection.endpoint})"
+
+
+def _ended_with_its_run(error: LimberError) -> bool:
+    """Of a job that was waited for; another run may have its session."""
+    if error.code == "SHUTTING_DOWN":
+        return error.details.get("send_again") == "true"
+    return error.code in ("NOT_FOUND", "RESTARTED")
 
 
 def job_error(status: "service.JobStatus") -> "common.Error":
