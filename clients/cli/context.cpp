@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 
 #include "clients/cpp/curve_keys.h"
@@ -62,12 +64,36 @@ client::ClientOptions Context::closing_options() const {
   return options;
 }
 
+namespace {
+
+/// @param patience  for one that is there. @param longest  for the run that is to follow one that
+/// says that it ends
+void greet_this_or_the_next(client::Client& client, client::Milliseconds patience,
+                            client::Milliseconds longest) {
+  const auto until = std::chrono::steady_clock::now() + longest;
+  std::optional<client::ServerStopped> refusal;
+  do {
+    try {
+      (void)client::greet(client, patience);
+      return;
+    } catch (const client::ServerStopped& stopped) {
+      if (!client::is_for_next_run(stopped)) throw;
+      refusal = stopped;
+    } catch (const client::Unreachable&) {
+      if (!refusal) throw;
+    }
+  } while (std::chrono::steady_clock::now() < until);
+  throw *refusal;
+}
+
+}  // namespace
+
 client::Client& Context::client() {
   if (!client_) {
     auto made = std::make_unique<client::Client>(endpoint, client_options());
     const double patience = std::min(connect_timeout_s, timeout_s);
     try {
-      (void)client::greet(*made, milliseconds(patience));
+      greet_this_or_the_next(*made, milliseconds(patience), milliseconds(timeout_s));
     } catch (const client::ServerStopped&) {
       throw;
     } catch (const client::Unreachable&) {

@@ -12,6 +12,7 @@
 #include "clients/cpp/files.h"
 #include "clients/cpp/frames.h"
 #include "clients/cpp/open_session.h"
+#include "clients/cpp/reach.h"
 #include "clients/cpp/server.h"
 #include "clients/cpp/stream.h"
 
@@ -136,9 +137,11 @@ void check_there(Context& context, OpenSession& session) {
   } catch (const client::ServerStopped&) {
     throw;
   } catch (const client::Unreachable&) {
-    throw client::Unreachable(fmt::format(
-        "limberd at {} has ended or hangs: its stream is silent, and it does not answer",
-        context.endpoint));
+    // It may have been restarted, or this client revoked.
+    const auto reach = client::probe(context.client());
+    throw client::Unreachable(fmt::format("limberd at {} has gone silent and does not answer: {}",
+                                          context.endpoint,
+                                          client::advice(reach, context.client())));
   }
   (void)session.status();
 }
@@ -166,7 +169,7 @@ void watch(Context& context, const WatchOptions& options) {
     ++shown;
   }
   using Clock = std::chrono::steady_clock;
-  constexpr Milliseconds kSilence{3500};
+  constexpr Milliseconds kSilence{3500}, kNextRun{60000};
   auto result_at = Clock::now();
   auto heard_at = result_at;
   while (options.count == 0 || shown < options.count) {
@@ -185,8 +188,10 @@ void watch(Context& context, const WatchOptions& options) {
     const bool is_of_another =  // that took its name
         event->message.session_uid() != 0 && event->message.session_uid() != snapshot.uid();
     const auto& news = event->message.status();
-    // Of one that is stored another run may have it again; where none comes, silence tells.
-    if (event->topic == status && news.server_stopped() && news.is_stored()) continue;
+    if (event->topic == status && news.next_run_follows()) {
+      heard_at += kNextRun;  // where none comes, silence tells
+      continue;
+    }
     if (event->topic == status && news.server_stopped()) {
       throw client::ServerStopped(
           fmt::format("limberd was stopped, and session {} with it", options.session));

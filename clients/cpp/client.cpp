@@ -14,6 +14,8 @@ using Clock = std::chrono::steady_clock;
 constexpr Milliseconds kSlice{100};
 /// Between requests to a server that has said that it ends, until the next one answers.
 constexpr Milliseconds kFirstPause{50}, kLongestPause{1000};
+/// Until a request that was sent then, and has no answer, is sent anew.
+constexpr Milliseconds kFirstPatience{2000};
 
 ClientError invalid(const std::string& field, const std::string& message) {
   return {v1::ERROR_CODE_INVALID_ARGUMENT, field, message};
@@ -23,19 +25,30 @@ Milliseconds left_until(Clock::time_point deadline) {
   return std::max(Milliseconds{0}, std::chrono::ceil<Milliseconds>(deadline - Clock::now()));
 }
 
+/// The message that a request brings; null where it brings none.
+const google::protobuf::Message* body_of(const v1::Request& request) {
+  const auto* reflection = request.GetReflection();
+  const auto* member = reflection->GetOneofFieldDescriptor(
+      request, v1::Request::descriptor()->FindOneofByName("body"));
+  return member == nullptr ? nullptr : &reflection->GetMessage(request, member);
+}
+
+/// Jobs end with their run of limberd.
+bool is_of_job(const v1::Request& request) {
+  const auto* body = body_of(request);
+  const auto* field = body == nullptr ? nullptr : body->GetDescriptor()->FindFieldByName("job");
+  return field != nullptr && body->GetReflection()->GetUInt64(*body, field) != 0;
+}
+
 /// Could another run of limberd take the request for something else? Jobs and sessions given as
 /// NAME@UID are of one run.
 bool needs_instance(const v1::Request& request) {
   if (request.has_shutdown()) return true;
   if (request.has_open_session()) return false;
-  const auto* reflection = request.GetReflection();
-  const auto* member = reflection->GetOneofFieldDescriptor(
-      request, v1::Request::descriptor()->FindOneofByName("body"));
-  if (member == nullptr) return false;
-  const auto& body = reflection->GetMessage(request, member);
-  const auto* field = body.GetDescriptor()->FindFieldByName("session");
+  const auto* body = body_of(request);
+  const auto* field = body == nullptr ? nullptr : body->GetDescriptor()->FindFieldByName("session");
   if (field == nullptr) return false;
-  const std::string session = body.GetReflection()->GetString(body, field);
+  const std::string session = body->GetReflection()->GetString(*body, field);
   return !session.empty() && session.find('@') == std::string::npos;
 }
 
@@ -89,15 +102,18 @@ void Client::open_socket() {
   try {
     zmq::socket_t socket(context_, ZMQ_DEALER);
     configure(socket);
-    socket.connect(endpoint_);
+    connections_.reset();  // before what it watches
     socket_ = std::move(socket);
+    connections_.emplace(context_, socket_, ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
+    was_connected_ = false;
+    socket_.connect(endpoint_);
   } catch (const zmq::error_t& error) {
     throw invalid("endpoint", "cannot connect to '" + endpoint_ + "': " + error.what() +
                                   "; endpoints look like tcp://HOST:PORT or ipc://PATH");
   }
 }
 
-std::string Client::stamped(v1::Request& request) {
+Client::Again Client::stamped(v1::Request& request) {
   request.set_version(kProtocolVersion);
   request.set_id(++last_id_);
   request.set_client(id_);
@@ -108,12 +124,21 @@ std::string Client::stamped(v1::Request& request) {
     throw ClientError(v1::ERROR_CODE_LIMIT_EXCEEDED, "",
                       "a request of 2 GiB or more cannot be sent");
   pending_.emplace(request.id(), std::nullopt);
-  return bytes;
+  return {std::move(bytes), !is_of_job(request)};
 }
 
 void Client::send(const std::string& bytes) {
   // A full queue means a silent server: then the deadline of the request says so.
   (void)socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+}
+
+bool Client::is_connected_anew() {
+  bool is_anew = false;
+  while (connections_->receive() != 0) {
+    is_anew = is_anew || was_connected_;
+    was_connected_ = true;
+  }
+  return is_anew;
 }
 
 void Client::abandon(std::uint64_t id) { pending_.erase(id); }
@@ -141,42 +166,61 @@ bool Client::wait_readable(zmq::socket_t& socket, Milliseconds timeout) const {
 }
 
 v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* what,
-                          const std::string* again) {
+                          const Again* again) {
   const auto known = pending_.find(id);
   if (known == pending_.end())
     throw ClientError(v1::ERROR_CODE_NOT_FOUND, "id",
                       "no request " + std::to_string(id) + " is in flight");
-  const auto deadline = Clock::now() + timeout;
+  auto deadline = Clock::now() + timeout;
   auto next_sending = again != nullptr ? deadline - timeout / 2 : deadline;
-  Milliseconds pause = kFirstPause;
+  Milliseconds pause = kFirstPause, patience = kFirstPatience;
   std::optional<v1::Error> put_off;  // by a run that ends
   const std::uint64_t heard_before = heard_;
+  const auto give_up = [&](bool was_silent) {
+    abandon(id);
+    // What waits in the socket would be done by the next run. Requests still in flight would be
+    // lost with it.
+    if ((was_silent || put_off) && pending_.empty()) open_socket();
+  };
   while (true) {
     if (known->second) {
-      if (again == nullptr || !is_for_next_run(ClientError(known->second->error()))) break;
+      if (again == nullptr || !again->is_for_next_run ||
+          !is_for_next_run(ClientError(known->second->error())))
+        break;
+      // The time that many megabytes may take is not for this.
+      if (!put_off) deadline = std::min(deadline, Clock::now() + options_.timeout);
       put_off = std::move(*known->second->mutable_error());
       known->second.reset();
       next_sending = std::min(deadline, Clock::now() + pause);
+      pause = std::min(2 * pause, kLongestPause);
     }
     bool readable = false;
     try {
-      readable = wait_readable(socket_, left_until(next_sending));
+      readable = wait_readable(socket_, std::min(left_until(next_sending), kSlice));
     } catch (...) {
-      abandon(id);
+      give_up(false);
       throw;
     }
+    const bool is_anew = is_connected_anew();
     if (readable) {
       receive_one();
+    } else if (is_anew && again != nullptr) {
+      send(again->bytes);  // what the server had not read went with the connection before
+    } else if (Clock::now() < next_sending) {
+      continue;
     } else if (Clock::now() < deadline) {
-      if (put_off || heard_ == heard_before) send(*again);
-      // The connection to a run that ends takes requests with it: it is asked until one answers.
-      pause = std::min(2 * pause, kLongestPause);
-      next_sending = put_off ? std::min(deadline, Clock::now() + pause) : deadline;
+      next_sending = deadline;
+      if (put_off) {
+        // A connection to the run that ends takes requests with it: those that nobody answers are
+        // sent anew, and never wait twice in a socket.
+        if (pending_.size() == 1) open_socket();
+        next_sending = std::min(deadline, Clock::now() + patience);
+        patience *= 2;
+      }
+      if (put_off || heard_ == heard_before) send(again->bytes);
     } else {
-      abandon(id);
+      give_up(heard_ == heard_before);
       if (put_off) throw_refusal(*put_off);
-      // Requests still in flight would be lost with the socket.
-      if (heard_ == heard_before && pending_.empty()) open_socket();
       throw Unreachable("no answer from " + endpoint_ + " to " + what + " within " +
                         std::to_string(timeout.count()) + " ms");
     }
@@ -208,12 +252,11 @@ void Client::note_instance(const v1::Reply& reply) {
 
 namespace {
 
-/// Sent once: who greets wants to know soon that nobody is there.
 v1::GetServerInfoResponse ask_who_is_there(Client& client, std::optional<Milliseconds> timeout,
                                            const std::string& version) {
   v1::GetServerInfoRequest request;
   request.set_client_version(version);
-  return client.collect<v1::GetServerInfoRequest>(client.submit(request), timeout);
+  return client.call(request, timeout);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "clients/cpp/error.h"
 #include "clients/cpp/rpc.h"
+#include "clients/cpp/socket_monitor.h"
 
 namespace limber::client {
 
@@ -45,10 +46,11 @@ inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 ///
 /// Lazy Pirate (zguide, chapter 4): a request has a deadline. If it passes and the server was
 /// silent meanwhile, the socket is closed and opened again, so that nothing queued for a dead
-/// server reaches the next one. A request is sent once more after half of its time, under the same
-/// id: limberd applies what changes something once and answers it again; the first answer counts.
-/// What a server refuses at its end, and another run of it is to do, is sent to that one within the
-/// time of the request.
+/// server reaches the next one. A request is sent once more where the connection was lost and is
+/// there again, and after half of its time, under the same id: limberd applies what changes
+/// something once and answers it again; the first answer counts. What a server refuses at its end,
+/// and another run of it is to do, is sent to that one, within the time of the request and
+/// ClientOptions::timeout.
 ///
 /// A restart of limberd is reported by ServerRestarted: requests that name a session are meant for
 /// the run that instance() says, or, as NAME@UID, for that very session.
@@ -67,10 +69,10 @@ class Client {
                                            std::optional<Milliseconds> timeout = {}) {
     v1::Request request;
     Rpc<RequestBody>::put(request, body);
-    const std::string bytes = stamped(request);
-    send(bytes);
+    const Again again = stamped(request);
+    send(again.bytes);
     return collect<RequestBody>(
-        last_id_, timeout, std::is_same_v<RequestBody, v1::ShutdownRequest> ? nullptr : &bytes);
+        last_id_, timeout, std::is_same_v<RequestBody, v1::ShutdownRequest> ? nullptr : &again);
   }
 
   /// Sends a request and returns its id at once; collect() its answer later, in any order.
@@ -78,7 +80,7 @@ class Client {
   std::uint64_t submit(const RequestBody& body) {
     v1::Request request;
     Rpc<RequestBody>::put(request, body);
-    send(stamped(request));
+    send(stamped(request).bytes);
     return last_id_;
   }
 
@@ -107,31 +109,41 @@ class Client {
   void configure(zmq::socket_t& socket) const;
 
  private:
-  /// @param again  what is sent once more after half of the time; null: nothing
+  /// A request, to be sent again.
+  struct Again {
+    std::string bytes;
+    bool is_for_next_run;  // not of a job, which ends with its run
+  };
+
+  /// @param again  what is sent once more after half of the time, and to the run that follows one
+  /// that ends; null: nothing
   template <class RequestBody>
   typename Rpc<RequestBody>::Response collect(std::uint64_t id, std::optional<Milliseconds> timeout,
-                                              const std::string* again) {
+                                              const Again* again) {
     v1::Reply reply =
         receive(id, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName, again);
     if (!Rpc<RequestBody>::is(reply)) refuse_kind(Rpc<RequestBody>::kName);
     return Rpc<RequestBody>::take(reply);
   }
 
-  /// The bytes of a request with the next id, which is in flight from now on.
-  std::string stamped(v1::Request& request);
+  /// A request with the next id, which is in flight from now on.
+  Again stamped(v1::Request& request);
   void send(const std::string& bytes);
-  v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what,
-                    const std::string* again);
+  v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what, const Again* again);
   /// Reads one message, of whichever request it answers.
   void receive_one();
   void note_instance(const v1::Reply& reply);
   [[noreturn]] static void refuse_kind(const char* what);
   void open_socket();
+  /// Whether the connection was lost and is there again since this was asked last.
+  bool is_connected_anew();
 
   std::string endpoint_;
   ClientOptions options_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  std::optional<SocketMonitor> connections_;  // of it
+  bool was_connected_ = false;
   const std::string id_;  // by which limberd knows repeated requests, also on a new connection
   std::string instance_;
   std::uint64_t last_id_ = 0;

@@ -24,6 +24,8 @@ constexpr Milliseconds kLongestSilence{120000};
 
 /// Between requests to a server that has said that it ends.
 constexpr Milliseconds kPause{100};
+/// How long another run is awaited that is to follow it.
+constexpr Milliseconds kNextRun{60000};
 
 double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
 
@@ -54,10 +56,9 @@ std::optional<typename Rpc<Request>::Response> held_answer(Client& client, const
   return std::nullopt;
 }
 
-}  // namespace
-
-v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request, Milliseconds timeout,
-                               const WaitProgress& progress) {
+/// @param put_off  by a run that another one follows, which is awaited
+v1::ResultInfo wait_over_runs(Client& client, v1::WaitRequest request, Milliseconds timeout,
+                              const WaitProgress& progress, std::optional<ServerStopped> put_off) {
   constexpr Milliseconds kToProgress{400};
   const Milliseconds stretch = progress ? kToProgress : kHoldTime;
   const Milliseconds silence = first_silence(client);
@@ -79,20 +80,33 @@ v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request, Millisec
     }
     return std::nullopt;
   };
-  const auto deadline = Clock::now() + timeout;
+  auto deadline = Clock::now() + timeout;
   for (;;) {
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
     try {
       if (auto result = ask(std::clamp(left, Milliseconds{1}, stretch))) return std::move(*result);
+      put_off.reset();
     } catch (const ServerStopped& refusal) {
-      if (!is_for_next_run(refusal) || left <= Milliseconds{0}) throw;
+      if (!is_for_next_run(refusal)) throw;
+      if (!put_off) deadline = std::min(deadline, Clock::now() + kNextRun);
+      put_off = refusal;
       std::this_thread::sleep_for(kPause);
+    } catch (const Unreachable&) {
+      if (!put_off) throw;
     }
     if (Clock::now() >= deadline) {
+      if (put_off) throw *put_off;
       throw ClientError(v1::ERROR_CODE_TIMEOUT, "timeout_s",
                         fmt::format("no such result within {} s", seconds(timeout)));
     }
   }
+}
+
+}  // namespace
+
+v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request, Milliseconds timeout,
+                               const WaitProgress& progress) {
+  return wait_over_runs(client, std::move(request), timeout, progress, {});
 }
 
 v1::GetJobResponse wait_job(Client& client, std::uint64_t job, const JobProgress& progress,
@@ -129,8 +143,18 @@ namespace {
 
 /// Of a job that was waited for; another run may have its session.
 bool ended_with_its_run(const ClientError& error) {
-  return is_for_next_run(error) || error.code() == v1::ERROR_CODE_NOT_FOUND ||
-         error.code() == v1::ERROR_CODE_RESTARTED;
+  const bool is_unknown = error.code() == v1::ERROR_CODE_NOT_FOUND && error.field() == "job";
+  return is_for_next_run(error) || is_unknown || error.code() == v1::ERROR_CODE_RESTARTED;
+}
+
+WaitProgress as_of_session(const JobProgress& progress) {
+  if (!progress) return {};
+  return [&progress](const v1::SessionStatus& session) {
+    v1::JobStatus status;
+    status.set_state(v1::JOB_STATE_RUNNING);
+    *status.mutable_progress() = session.progress();
+    progress(status);
+  };
 }
 
 }  // namespace
@@ -147,14 +171,19 @@ void wait_until_ready(Client& client, const v1::OpenSessionResponse& opened,
     request.set_session(session_reference(opened.session(), opened.uid()));
     request.set_until(v1::WaitRequest::UNTIL_FINAL);
     const auto left = std::chrono::ceil<Milliseconds>(deadline - Clock::now());
+    std::optional<ServerStopped> put_off;
+    if (const auto* stopped = dynamic_cast<const ServerStopped*>(&end)) put_off = *stopped;
     try {
-      (void)wait_for_result(client, request, std::max(left, kHoldTime), {});
+      (void)wait_over_runs(client, request, std::max(left, Milliseconds{1}),
+                           as_of_session(progress), put_off);
       return;
-    } catch (const Unreachable&) {  // no other run came
-    } catch (const ClientError& error) {
-      if (error.code() == v1::ERROR_CODE_TIMEOUT || error.code() == v1::ERROR_CODE_CANCELLED) throw;
+    } catch (const Unreachable&) {
+      if (!put_off) throw;
     }
-    throw;
+    throw ServerStopped(
+        fmt::format("limberd at {} was stopped while session {} was built, and no other run of it "
+                    "answers; the session is stored, and built when one is asked for it",
+                    client.endpoint(), opened.session()));
   }
 }
 

@@ -214,13 +214,22 @@ CLI::Validator one_of(std::vector<std::string> words) {
   return CLI::Validator(CLI::IsMember(std::move(words), CLI::ignore_case)).description("");
 }
 
+/// `--data --check-config` has lost its folder.
+CLI::Validator not_an_option() {
+  return {[](const std::string& text) {
+            return text.starts_with("--") ? "'" + text + "' is an option, no folder" : "";
+          },
+          ""};
+}
+
 void add_store(CLI::App& app, CommandLine& line) {
   const auto add = [&](const char* name, auto& value, const char* text) {
     return app.add_option(name, value, text)->group("Store");
   };
   add("--data", line.store.folder,
       "Folder in which sessions are stored: edits are there before they are acknowledged, and "
-      "come back after any end of the server. Without it sessions end with the server");
+      "come back after any end of the server. Without it sessions end with the server")
+      ->check(not_an_option());
   add("--data-outlives", line.outlives,
       "What acknowledged edits outlive: process (kill -9) or power (synced, some ms for each "
       "group of edits)")

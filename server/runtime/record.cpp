@@ -126,7 +126,9 @@ proto::SessionStatus Record::status() const {
   {
     const std::lock_guard lock(mutex_);
     status.set_state(encode_state(state_));
-    status.set_server_stopped(state_ == session::State::kClosed && hub_.stopping.load());
+    const bool is_stopped = state_ == session::State::kClosed && hub_.stopping.load();
+    status.set_server_stopped(is_stopped);
+    status.set_next_run_follows(is_stopped && hub_.next_run() == NextRun::kTakesOver);
     status.set_message(message_);
     if (newest_info_) *status.mutable_result() = *newest_info_;
     if (state_ == session::State::kBuilding)

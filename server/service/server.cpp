@@ -107,8 +107,8 @@ void Server::drain() {
   const auto begin = Clock::now();
   std::unique_lock lock(mutex_);
   if (stop_) return;
+  hub_.is_handed_over.store(hub_.store != nullptr);  // first: refusals of the phase say so
   hub_.phase.store(Phase::kDraining);
-  hub_.is_handed_over.store(hub_.store != nullptr);
   log::info("draining: no new sessions, at most {} s", static_cast<double>(hub_.options.drain_s));
   const std::chrono::duration<double> most(hub_.options.drain_s);
   const auto wait_while = [&](auto is_busy) {
@@ -119,6 +119,7 @@ void Server::drain() {
   wait_while([this] { return hub_.open_requests.old_lasting() > 0; });
   hub_.stopping.store(true);
   wait_while([this] { return hub_.open_requests.lasting() > 0; });
+  if (stop_) hub_.is_handed_over.store(false);  // it is to end, whoever began to drain it
   lock.unlock();
   const std::uint64_t left = hub_.open_requests.lasting();
   const std::chrono::duration<double> took = Clock::now() - begin;

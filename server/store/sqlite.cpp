@@ -5,15 +5,17 @@
 
 #include <system_error>
 
-#include "engine/base/error.h"
 #include "server/store/counted_syncs.h"
 
 namespace limber::server::store {
 namespace {
 
-Error fault(const std::string& file, sqlite3* handle, int code) {
+[[noreturn]] void fail(const std::string& file, sqlite3* handle, int code) {
   const char* const text = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
-  return {ErrorCode::kIo, "", fmt::format("the store {}: {}", file, text)};
+  const std::string message = fmt::format("the store {}: {}", file, text);
+  const int kind = code & 0xff;  // of an extended code
+  if (kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB) throw DamagedFile(message);
+  throw Error(ErrorCode::kIo, "", message);
 }
 
 }  // namespace
@@ -28,20 +30,20 @@ Database::Database(const std::filesystem::path& file, Access access) : file_(fil
   const int code =
       sqlite3_open_v2(file.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, counting_vfs());
   handle_.reset(handle);
-  if (code != SQLITE_OK) throw fault(file.string(), handle, code);
+  if (code != SQLITE_OK) fail(file.string(), handle, code);
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, 5000);
 }
 
 void Database::run(const char* sql) {
   const int code = sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr);
-  if (code != SQLITE_OK) throw fault(file_.string(), handle_.get(), code);
+  if (code != SQLITE_OK) fail(file_.string(), handle_.get(), code);
 }
 
 Statement Database::prepare(const char* sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v2(handle_.get(), sql, -1, &statement, nullptr);
-  if (code != SQLITE_OK) throw fault(file_.string(), handle_.get(), code);
+  if (code != SQLITE_OK) fail(file_.string(), handle_.get(), code);
   return {handle_.get(), statement, file_.string()};
 }
 
@@ -68,7 +70,7 @@ void Statement::Finalise::operator()(sqlite3_stmt* statement) const noexcept {
 }
 
 void Statement::demand(int code) const {
-  if (code != SQLITE_OK) throw fault(file_, handle_, code);
+  if (code != SQLITE_OK) fail(file_, handle_, code);
 }
 
 Statement& Statement::again() {
@@ -102,7 +104,7 @@ bool Statement::step() {
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
-  throw fault(file_, handle_, code);
+  fail(file_, handle_, code);
 }
 
 std::uint64_t Statement::number(int column) const {

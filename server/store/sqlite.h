@@ -6,12 +6,20 @@
 #include <string>
 #include <string_view>
 
+#include "engine/base/error.h"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace limber::server::store {
 
 class Statement;
+
+/// Pages of the file are damaged, or it is none of SQLite's. Code kIo.
+class DamagedFile : public Error {
+ public:
+  explicit DamagedFile(const std::string& message) : Error(ErrorCode::kIo, "", message) {}
+};
 
 /// One connection to a file of SQLite. Used by one thread at a time.
 class Database {

@@ -152,6 +152,8 @@ Store::~Store() { end(); }
 void Store::open_writer() {
   try {
     writer_ = std::make_unique<Writer>(options_);
+  } catch (const DamagedFile&) {
+    throw;
   } catch (const Error& fault) {  // the index of the log takes some room, too
     if (fault.code() != ErrorCode::kIo || !reserve_.give_up()) throw;
     writer_ = std::make_unique<Writer>(options_);
@@ -162,7 +164,7 @@ void Store::open_writer() {
       return true;
     } catch (const std::exception& fault) {
       log::warn("what is too old stays in the store: {}", fault.what());
-      return false;
+      return dynamic_cast<const DamagedFile*>(&fault) != nullptr;  // to which room is no help
     }
   };
   if (!try_to(&Writer::forget_unchanged) && reserve_.give_up())
@@ -398,6 +400,9 @@ bool Store::remove(const std::set<std::uint64_t>& uids, const std::vector<KeptRe
     try {
       writer_->make_room(uids, replies);
       return true;
+    } catch (const DamagedFile& fault) {  // to which room is no help
+      log::debug("not even that can be written: {}", fault.what());
+      return false;
     } catch (const std::exception& fault) {
       log::debug("not even that can be written: {}", fault.what());
     }

@@ -7,8 +7,9 @@ namespace limber::server {
 const char* server_version() { return LIMBER_VERSION; }
 
 std::string unknown_here(const std::string& what) {
-  return fmt::format("this server ({}) does not know {}: update the server", server_version(),
-                     what);
+  return fmt::format(
+      "this server ({}) does not know {}: update the server, unless the bytes are damaged",
+      server_version(), what);
 }
 
 std::string other_protocol(std::uint32_t version) {

@@ -1,7 +1,10 @@
 // What a server refuses at its end is sent to the run that follows it.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <set>
+#include <thread>
 
 #include "clients/cpp/client.h"
 #include "clients/cpp/opening.h"
@@ -22,6 +25,7 @@ struct RunsThatFollow : ::testing::Test {
   }
   std::vector<std::string> answer(const v1::Request& request) {
     ids.insert(request.id());
+    if (is_silent && refused == refusals) return {};
     v1::Reply reply;
     reply.set_version(1);
     reply.set_id(request.id());
@@ -30,10 +34,15 @@ struct RunsThatFollow : ::testing::Test {
       *reply.mutable_error() = at_the_end(is_handed_over);
     } else if (request.has_get_job()) {
       reply.mutable_error()->set_code(v1::ERROR_CODE_NOT_FOUND);
-      reply.mutable_error()->set_message("no such job");
+      reply.mutable_error()->set_field("job");
     } else if (request.has_wait()) {
       waited_for = request.wait().session();
-      reply.mutable_wait()->mutable_result()->set_revision(4);
+      EXPECT_EQ(request.wait().until(), v1::WaitRequest::UNTIL_FINAL);
+      if (build_fault != v1::ERROR_CODE_UNSPECIFIED) {
+        reply.mutable_error()->set_code(build_fault);
+      } else {
+        reply.mutable_wait()->mutable_result()->set_revision(4);
+      }
     } else {
       reply.mutable_edit()->set_revision(5);
     }
@@ -52,8 +61,10 @@ struct RunsThatFollow : ::testing::Test {
     return opened;
   }
 
-  int refusals = 2, refused = 0;
-  bool is_handed_over = true;
+  const std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+  std::atomic<int> refusals = 2, refused = 0;
+  bool is_handed_over = true, is_silent = false;
+  v1::ErrorCode build_fault = v1::ERROR_CODE_UNSPECIFIED;
   std::set<std::uint64_t> ids;
   std::string waited_for;
   FakeRouter router{[this](const v1::Request& request) { return answer(request); }};
@@ -74,14 +85,38 @@ TEST_F(RunsThatFollow, AreAskedUnlessNoneIsToCome) {
 
 TEST_F(RunsThatFollow, AreNotAwaitedBeyondTheTimeOfARequest) {
   refusals = 1000;
-  EXPECT_THROW(client.call(v1::EditRequest{}), ServerStopped);
+  EXPECT_THROW(client.call(v1::EditRequest{}, Milliseconds{60000}), ServerStopped);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{4})
+      << "the time of what is large is not for this";
   EXPECT_GT(refused, 2);
   EXPECT_LT(refused, 12) << "each is asked after a pause, which grows";
+}
+
+TEST_F(RunsThatFollow, AreSentOneCopyAtATime) {
+  refusals = 1;
+  is_silent = true;
+  EXPECT_THROW(client.call(v1::EditRequest{}), ServerStopped);
+  EXPECT_LE(router.received(), 3) << "refused, sent again, and not while that has no answer";
+}
+
+TEST_F(RunsThatFollow, AreNotAskedForJobsNorToEnd) {
+  v1::CancelRequest cancel;
+  cancel.set_job(7);
+  EXPECT_THROW(client.call(cancel), ServerStopped);
+  EXPECT_THROW(client.call(v1::ShutdownRequest{}), ServerStopped);
+  EXPECT_EQ(router.received(), 2);
+}
+
+TEST_F(RunsThatFollow, AreNotAskedForWhatWasSubmitted) {
+  const std::uint64_t id = client.submit(v1::EditRequest{});
+  EXPECT_THROW(client.collect<v1::EditRequest>(id), ServerStopped);
+  EXPECT_EQ(router.received(), 1);
 }
 
 TEST_F(RunsThatFollow, AreAskedForResultsToo) {
   v1::WaitRequest request;
   request.set_session("cup@7");
+  request.set_until(v1::WaitRequest::UNTIL_FINAL);
   EXPECT_EQ(wait_for_result(client, request, Milliseconds{20000}, {}).revision(), 4u);
   EXPECT_EQ(refused, 2);
 }
@@ -92,7 +127,17 @@ TEST_F(RunsThatFollow, BuildSessionsWhoseJobsEndedWithTheRunBefore) {
   EXPECT_EQ(waited_for, "cup@7");
 }
 
-TEST_F(RunsThatFollow, AreToldOfWhereTheRunBeforeWasKilled) {
+TEST_F(RunsThatFollow, SayWhyTheyCannotBuild) {
+  build_fault = v1::ERROR_CODE_FAILED_PRECONDITION;
+  try {
+    wait_until_ready(client, opened(), {}, Milliseconds{20000});
+    FAIL();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), build_fault);
+  }
+}
+
+TEST_F(RunsThatFollow, BuildSessionsWhereTheRunBeforeWasKilled) {
   refusals = 0;
   wait_until_ready(client, opened(), {}, Milliseconds{20000});
   EXPECT_EQ(waited_for, "cup@7");
@@ -102,6 +147,39 @@ TEST_F(RunsThatFollow, AreNotAwaitedForAJobOfARunThatIsTheLast) {
   is_handed_over = false;
   EXPECT_THROW(wait_until_ready(client, opened(), {}, Milliseconds{20000}), ServerStopped);
   EXPECT_EQ(waited_for, "");
+}
+
+/// A ROUTER that answers one request, and then is gone.
+void answer_once(const std::string& endpoint, v1::Error error) {
+  zmq::context_t context;
+  zmq::socket_t router(context, ZMQ_ROUTER);
+  router.bind(endpoint);
+  zmq::message_t peer, bytes;
+  (void)router.recv(peer);
+  do (void)router.recv(bytes);
+  while (bytes.more());
+  v1::Request request;
+  ASSERT_TRUE(request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
+  v1::Reply reply;
+  reply.set_version(1);
+  reply.set_id(request.id());
+  *reply.mutable_error() = std::move(error);
+  router.send(peer, zmq::send_flags::sndmore);
+  router.send(zmq::buffer(reply.SerializeAsString()), zmq::send_flags::none);
+}
+
+TEST(NextRun, GetsNothingOfWhatWasReportedAsRefused) {
+  const TemporaryFolder folder;
+  const std::string endpoint = "ipc://" + (folder.path() / "requests").string();
+  Client client(endpoint, RunsThatFollow::options());
+  std::thread first([&] { answer_once(endpoint, RunsThatFollow::at_the_end()); });
+  EXPECT_THROW(client.call(v1::EditRequest{}), ServerStopped);
+  first.join();
+  zmq::context_t context;
+  zmq::socket_t next(context, ZMQ_ROUTER);
+  next.bind(endpoint);
+  zmq::pollitem_t item{next.handle(), 0, ZMQ_POLLIN, 0};
+  EXPECT_EQ(zmq::poll(&item, 1, std::chrono::milliseconds{1500}), 0);
 }
 
 }  // namespace

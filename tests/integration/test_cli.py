@@ -378,14 +378,16 @@ def test_wait_reports_that_the_server_is_gone(launch):
         process.wait()
 
 
-def test_watch_reports_that_the_server_was_stopped(launch):
-    server = launch(transport="tcp")
+@pytest.mark.parametrize("stores, sign", [(False, signal.SIGTERM), (True, signal.SIGINT)])
+def test_watch_reports_that_the_server_was_stopped(launch, tmp_path, stores, sign):
+    """At once: no other run is to take its place."""
+    server = launch(*(("--data", str(tmp_path / "data")) if stores else ()), transport="tcp")
     session = server.open(small_scene(), progress=False)
     process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
                                 session.id], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert json.loads(process.stdout.readline())["revision"] == "0"
-        server.process.terminate()
+        server.process.send_signal(sign)
         _, message = process.communicate(timeout=15)
         assert process.returncode == 3 and "was stopped" in message
     finally:

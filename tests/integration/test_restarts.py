@@ -47,8 +47,9 @@ class Restartable:
         self.process.send_signal(sign)
         self.process.wait(20)
 
-    def restart(self, sign=signal.SIGKILL):
+    def restart(self, sign=signal.SIGKILL, gap=0.0):
         self.end(sign)
+        time.sleep(gap)
         self.start()
 
     def close(self):
@@ -93,13 +94,22 @@ def test_a_script_goes_on_behind_orderly_restarts(storing_at):
         assert session.wait().revision == revision > 4
 
 
-def test_sessions_are_opened_over_orderly_restarts(storing_at):
-    with limber.connect(storing_at.endpoint) as server:
-        begun = server.open(small_scene(), session="begun", progress=False, wait=False)
-        restarting = threading.Thread(target=storing_at.restart, args=(signal.SIGTERM,))
+@pytest.fixture
+def building_at(limberd, tmp_path):
+    """One that has no models yet."""
+    running = Restartable(limberd, tmp_path, tmp_path / "models", "--data", str(tmp_path / "data"))
+    yield running
+    running.close()
+
+
+def test_sessions_are_opened_over_orderly_restarts(building_at):
+    with limber.connect(building_at.endpoint) as server:
+        begun = server.open(sample="flower", session="begun", progress=False, wait=False)
+        assert begun.status().state == service.SESSION_STATE_BUILDING
+        restarting = threading.Thread(target=building_at.restart, args=(signal.SIGTERM, 9.0))
         restarting.start()
-        assert begun.wait_ready(progress=False, timeout=60).state == service.SESSION_STATE_READY
-        assert begun.wait().status == "CONVERGED"
+        assert begun.wait_ready(progress=False, timeout=120).state == service.SESSION_STATE_READY
+        assert begun.job == 0, "it ended with its run"
         opened = 0
         while restarting.is_alive() or opened < 1:
             server.open(small_scene(), session=f"s{opened}", progress=False).close()
@@ -109,7 +119,6 @@ def test_sessions_are_opened_over_orderly_restarts(storing_at):
 
 def test_the_command_line_goes_on_behind_orderly_restarts(storing_at, tmp_path):
     limber_binary = str(find_binary("limber"))
-    scene = tmp_path / "scene.json"
     environment = dict(os.environ, LIMBER_ENDPOINT=storing_at.endpoint)
 
     def run(*arguments, **options):
@@ -126,23 +135,45 @@ def test_the_command_line_goes_on_behind_orderly_restarts(storing_at, tmp_path):
         tip = tip_of(made)
         [scene] = [path for path in made.export(tmp_path / "saved", formats=("scene",)) if str(path).endswith(".json")]
     done(run("open", scene, "--session", "cup"))
-    watching = run("watch", "cup", "--count", 1000, "--silence", 6)
-    waiting = run("wait", "cup", "--revision", 2)
+    watching = run("watch", "cup", "--count", 1000, "--silence", 15)
+    waiting = run("wait", "cup", "--revision", 2, "--wait", 120)
     time.sleep(1.0)  # both have begun
     edits = 0
-    for _ in range(2):
-        restarting = threading.Thread(target=storing_at.restart, args=(signal.SIGTERM,))
+    for gap in (0.0, 8.5):  # a silence that long ends what awaits no other run
+        restarting = threading.Thread(target=storing_at.restart, args=(signal.SIGTERM, gap))
         restarting.start()
         while restarting.is_alive():
-            done(run("open", scene, "--session", f"next{edits}"))
-            done(run("add", "cup", "--node", tip, "--frame", 30 + edits, "--displacement", 0, 0.1, 0))
+            done(run("open", scene, "--session", f"next{edits}", "--timeout", 30, "--connect-timeout", 30))
+            done(run("list", "--timeout", 30, "--connect-timeout", 30))
+            done(run("add", "--timeout", 30, "--connect-timeout", 30, "cup", "--node", tip, "--frame", 30 + edits, "--displacement", 0, 0.1, 0))
             edits += 1
         restarting.join()
     done(run("add", "cup", "--node", tip, "--frame", 20, "--displacement", 0, 0.1, 0))
     done(waiting)
-    seen = watching.communicate(timeout=60)[0]
+    seen, errors = watching.communicate(timeout=60)
+    assert watching.returncode == 4 and "no result for 15" in errors
     revisions = [int(line.split()[0]) for line in seen.splitlines() if line.split()[:1] and line.split()[0].isdigit()]
     assert revisions[-1] == edits + 1 and revisions == sorted(revisions)
+
+
+def test_an_edit_under_way_at_a_kill_is_sent_to_the_next_run(storing_at, tmp_path):
+    """As soon as that is there, not after half of the request's time."""
+    with limber.connect(storing_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        held = session.add(node=tip_of(session), frame=30, displacement=(0, 0.1, 0))
+        script = tmp_path / "edits.json"
+        script.write_text("\n".join(json.dumps({"move": {"id": str(held.id), "target": {"y": 0.1 + 1e-4 * i}}})
+                                    for i in range(400)))
+        begin = time.monotonic()
+        editing = subprocess.Popen([str(find_binary("limber")), "--endpoint", storing_at.endpoint, "--timeout", "60",
+                                    "edit-script", "cup", str(script), "--wait", "none"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        while session.status().revision < 20:
+            time.sleep(0.005)
+        storing_at.restart()
+        _, errors = editing.communicate(timeout=60)
+        assert editing.returncode == 0, errors
+        assert session.status().revision == 401
+        assert time.monotonic() - begin < 25, "half of 60 s"
 
 
 def test_who_waits_gets_the_result_from_the_next_run(storing_at):
@@ -154,8 +185,7 @@ def test_who_waits_gets_the_result_from_the_next_run(storing_at):
         waiting.start()
         while server.info().counters["open_requests"] < 2:  # with this one
             time.sleep(0.01)
-        storing_at.end(signal.SIGTERM)
-        storing_at.start()
+        storing_at.restart(signal.SIGTERM, 9.0)
         tip = tip_of(session)
         other.session("cup").add(node=tip, frame=30, displacement=(0, 0.1, 0))
         waiting.join(20)
@@ -172,7 +202,8 @@ def test_a_server_that_is_stopped_on_purpose_says_so_at_once(storing_at):
         assert time.monotonic() - begin < 2.5, "not only when it is seen to be silent"
 
 
-def test_where_no_other_run_comes_the_refusal_is_told_in_time(storing_at):
+def test_where_no_other_run_comes_the_refusal_is_told_in_time(storing_at, monkeypatch):
+    monkeypatch.setattr("limber.connection.NEXT_RUN", 6.0)
     with limber.connect(storing_at.endpoint) as server:
         session = server.open(small_scene(), session="cup", progress=False)
         threading.Timer(0.5, lambda: storing_at.process.send_signal(signal.SIGTERM)).start()

@@ -140,15 +140,21 @@ def test_two_servers_do_not_share_a_folder(kept, limberd, folder):
     assert other.returncode == 1 and "another server has the folder" in other.stderr
 
 
-@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGKILL])
-def test_a_stream_goes_on_behind_a_restart(kept, server, sign):
+@pytest.mark.parametrize("sign, gap", [(signal.SIGTERM, 0), (signal.SIGTERM, 9), (signal.SIGKILL, 0)])
+def test_a_stream_goes_on_behind_a_restart(kept, server, sign, gap):
     session = server.open(small_scene(), progress=False)
     held = session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
     session.wait()
     with session.stream(timeout=20) as frames:
         assert next(frames).result.revision == 1
         kept.end(sign)
-        kept.start()
+        starting = threading.Timer(gap, kept.start)
+        starting.start()
+        if gap:
+            with pytest.raises(limber.LimberError, match="no frames"):
+                while True:
+                    frames.next(timeout=gap - 1)
+        starting.join()
         held.move((0, 0.2, 0))
         assert next(shown for shown in frames if shown.result.revision == 2).result.revision == 2
 
@@ -276,6 +282,7 @@ def test_a_damaged_page_is_an_error_and_no_crash(kept, server, folder):
     kept.ready.unlink(missing_ok=True)
     ended = subprocess.run(kept.command, capture_output=True, text=True, timeout=20)
     assert ended.returncode == 1 and str(file) in ended.stderr and "malformed" in ended.stderr
+    assert "disk is full" not in ended.stderr and (folder / "sessions.reserve").exists()
 
 
 def test_a_folder_that_cannot_be_written_is_named(limberd, tmp_path):

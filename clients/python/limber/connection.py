@@ -3,8 +3,9 @@
 Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
 meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
 A request is sent once more where the connection broke and is there again, and after half of its time, under the same id:
-limberd applies what changes something once and answers it again, and the first answer counts. Requests about sessions that a
-limberd with a store refuses, since it ends for another run to take its place, are sent to that one.
+limberd applies what changes something once and answers it again, and the first answer counts. What a limberd
+with a store refuses, since it ends for another run to take its place, is sent to that one; what is about a job is not, which
+ends with its run.
 """
 
 from __future__ import annotations
@@ -38,6 +39,9 @@ _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
 SILENCE = 5.0
 PATIENCE = 3.0
 
+# How long another run is awaited that is to follow one that ended in order [s].
+NEXT_RUN = 60.0
+
 # Not sent again: a limberd that was started meanwhile is not meant.
 SENT_ONCE = frozenset({"shutdown"})
 
@@ -50,6 +54,7 @@ class _Asked:
     again: "bytes | None"   # what is sent once more for it
     is_for_next: bool       # another run of limberd that has its sessions answers it as well
     refusal: "service.Reply | None" = None  # of a run that has ended
+    refused: float = 0.0    # time.monotonic() of that [s]
 
 
 @dataclass(frozen=True)
@@ -130,9 +135,8 @@ def _needs_instance(kind: str, message: Any) -> bool:
 
 
 def _is_for_next(kind: str, message: Any) -> bool:
-    """Jobs end with their run."""
-    fields = message.DESCRIPTOR.fields_by_name
-    return kind not in SENT_ONCE and ("session" in fields or "job" not in fields)
+    """Whether a run of limberd that takes the place of another one is asked too. Jobs end with their run."""
+    return kind not in SENT_ONCE and not getattr(message, "job", 0)
 
 
 class Connection:
@@ -184,14 +188,15 @@ class Connection:
         try:
             reply = self._await(asked, timeout, asks=kind == "wait")
         except (futures.TimeoutError, ServerUnreachable) as error:
-            self._abandon(identifier, reopen=self._last_heard < sent)
+            # What waits in the socket for another run would be done there, although it is refused here.
+            self._abandon(identifier, reopen=self._last_heard < sent or asked.refusal is not None)
             if asked.refusal is not None:
                 raise from_message(asked.refusal.error) from None
             if isinstance(error, ServerUnreachable):
                 raise
             raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
         except BaseException:
-            self._abandon(identifier, reopen=False)
+            self._abandon(identifier, reopen=asked.refusal is not None)
             raise
         body = reply.WhichOneof("body")
         if body == "error":
@@ -219,13 +224,15 @@ class Connection:
         future = asked.future
         meant = self.instance
         while asks:
+            if asked.refusal is not None:
+                deadline = min(deadline, asked.refused + NEXT_RUN)
             left = deadline - time.monotonic()
             if left <= SILENCE:
                 break
             try:
                 return future.result(SILENCE)
             except futures.TimeoutError:
-                if time.monotonic() - self._last_heard >= SILENCE:
+                if time.monotonic() - self._last_heard >= SILENCE and asked.refusal is None:
                     self.ask_whether_there()
                 if meant and self._heard_instance != meant and asked.refusal is None:
                     raise ServerRestarted("limberd was restarted, and what is waited for is gone with it")
@@ -358,7 +365,8 @@ class Connection:
         with self._lock:
             asked = self._pending.get(reply.id)
             if asked is not None and asked.is_for_next and is_put_off:
-                asked.refusal = reply  # it was not done; the next connection sends it again
+                asked.refusal, asked.refused = reply, self._last_heard
+                # It was not done; the next connection sends it again.
                 return
             self._pending.pop(reply.id, None)
         if asked is not None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import arrays, browsing, checks, edits, exports, frame_parts, pictures, player, rendering, saving
 from .browsing import SessionPage
-from .errors import LimberError, ServerUnreachable
+from .errors import LimberError, ServerStopped, ServerUnreachable
 from .exports import Export
 from .messages import common, presence, service
 from .motion import MotionStream
@@ -372,12 +372,19 @@ class OpenSession:
     def _wait_for_next_run(self, end: LimberError, deadline: float) -> None:
         """Its job ended with the run of limberd; the next one brings the session back, where it is stored, and builds it.
 
-        end: of the run, raised where no such run comes.
+        end: how the job ended.
         """
-        try:
-            self.wait(revision=0, timeout=max(1.0, deadline - time.monotonic()))
-        except LimberError as error:
-            raise (error if error.code == "TIMEOUT" and not isinstance(error, ServerUnreachable) else end) from None
+        while True:
+            left = deadline - time.monotonic()
+            try:
+                self.wait(revision=0, timeout=max(0.1, left))
+                break
+            except ServerUnreachable:
+                if end.code != "SHUTTING_DOWN":
+                    raise
+                if left <= 0:
+                    raise ServerStopped(f"limberd was stopped while session {self.id} was built, and no other run of it answers; "
+                                        "the session is stored, and built when one is asked for it") from None
         self.job = 0
 
     def close(self) -> None:
@@ -392,7 +399,7 @@ def _ended_with_its_run(error: LimberError) -> bool:
     """Of a job that was waited for; another run may have its session."""
     if error.code == "SHUTTING_DOWN":
         return error.details.get("send_again") == "true"
-    return error.code in ("NOT_FOUND", "RESTARTED")
+    return error.code == "RESTARTED" or error.code == "NOT_FOUND" and error.field == "job"
 
 
 def job_error(status: "service.JobStatus") -> "common.Error":

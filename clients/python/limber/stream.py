@@ -12,7 +12,7 @@ import zmq
 import zmq.utils.monitor
 
 from . import checks
-from .connection import SILENCE, configure
+from .connection import NEXT_RUN, SILENCE, configure
 from .errors import LimberError, ServerStopped, ServerUnreachable
 from .following import Following
 from .messages import service
@@ -22,6 +22,7 @@ from .results import ENCODINGS, Result, decode
 
 if TYPE_CHECKING:
     from .open_session import OpenSession
+
 
 @dataclass(frozen=True)
 class StreamedFrames:
@@ -44,8 +45,8 @@ class SessionStream:
     """What is published of a session under one topic, oldest first: the part that streams of all sorts share.
 
     Ends when the session is closed; raises ServerUnreachable when the server is gone (ServerStopped, one of those, when it
-    was stopped in order) and ServerRestarted when it was restarted. Of a session that its server stores it goes on behind a
-    restart of a few seconds. Not for several threads at once.
+    was stopped in order) and ServerRestarted when it was restarted. Of a session that its server stores it goes on behind an
+    orderly restart (SIGTERM) of up to a minute, and another one of a few seconds. Not for several threads at once.
     """
 
     def __init__(self, session: "OpenSession", topic: str, newest: Newest, timeout: float | None):
@@ -54,6 +55,7 @@ class SessionStream:
         self._session = session
         self._timeout = timeout
         self._checked = 0.0
+        self._awaited_until = 0.0  # another run of limberd
         connection = session.connection
         frames_topic = f"session/{session.id}/body/0/{topic}".encode()
         status_topic = f"session/{session.id}/status".encode()
@@ -136,8 +138,9 @@ class SessionStream:
 
     def _obey(self, status: "service.SessionStatus") -> None:
         if status.state == service.SESSION_STATE_CLOSED:
-            if status.server_stopped and status.is_stored:
-                return  # another run has it again; where none comes, silence tells
+            if status.next_run_follows:
+                self._awaited_until = time.monotonic() + NEXT_RUN
+                return  # where none comes, silence tells
             self.close()
             if status.server_stopped:
                 raise ServerStopped(f"limberd was stopped, and session {self._session.id} with it")
@@ -152,6 +155,8 @@ class SessionStream:
             connection.ask_whether_there()
             status = self._session.status()
         except ServerUnreachable:
+            if time.monotonic() < self._awaited_until:
+                return
             raise
         except LimberError as error:
             if error.code == "NOT_FOUND":
