@@ -66,24 +66,30 @@ client::ClientOptions Context::closing_options() const {
 
 namespace {
 
+/// @param refusal  of a run that another one is to follow; set where this is it
+bool is_greeted(client::Client& client, client::Milliseconds patience,
+                std::optional<client::ServerStopped>& refusal) {
+  try {
+    (void)client::greet(client, patience);
+    return true;
+  } catch (const client::ServerStopped& stopped) {
+    if (!client::is_for_next_run(stopped)) throw;
+    refusal = stopped;
+  } catch (const client::Unreachable&) {
+    if (!refusal) throw;
+  }
+  return false;
+}
+
 /// @param patience  for one that is there. @param longest  for the run that is to follow one that
 /// says that it ends
 void greet_this_or_the_next(client::Client& client, client::Milliseconds patience,
                             client::Milliseconds longest) {
   const auto until = std::chrono::steady_clock::now() + longest;
   std::optional<client::ServerStopped> refusal;
-  do {
-    try {
-      (void)client::greet(client, patience);
-      return;
-    } catch (const client::ServerStopped& stopped) {
-      if (!client::is_for_next_run(stopped)) throw;
-      refusal = stopped;
-    } catch (const client::Unreachable&) {
-      if (!refusal) throw;
-    }
-  } while (std::chrono::steady_clock::now() < until);
-  throw *refusal;
+  while (!is_greeted(client, patience, refusal)) {
+    if (std::chrono::steady_clock::now() >= until) throw *refusal;
+  }
 }
 
 }  // namespace

@@ -37,7 +37,10 @@ const google::protobuf::Message* body_of(const v1::Request& request) {
 bool is_of_job(const v1::Request& request) {
   const auto* body = body_of(request);
   const auto* field = body == nullptr ? nullptr : body->GetDescriptor()->FindFieldByName("job");
-  return field != nullptr && body->GetReflection()->GetUInt64(*body, field) != 0;
+  // SolveBeamsRequest has files of a job under that name.
+  return field != nullptr &&
+         field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_UINT64 &&
+         body->GetReflection()->GetUInt64(*body, field) != 0;
 }
 
 /// Could another run of limberd take the request for something else? Jobs and sessions given as

@@ -71,10 +71,10 @@ Hub::Hub(ServerOptions given)
           control, options.limits.jobs,
           [this](const proto::JobStatus& status) { publish_job(status); }, run.first_id),
       store(options.store ? std::make_unique<store::Store>(*options.store) : nullptr),
-      patient(session_threads(options)),
+      patient(session_threads(options), [this] { run_patiently(); }),
       solve_pool(solve_threads(options)),
       refine_pool(refine_threads(options)),
-      session_pool(session_threads(options)),
+      session_pool(session_threads(options) + options.limits.jobs),  // whose places may be lent
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
 
 std::uint64_t Hub::memory_limit() const {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/lent_place.h"
+
 namespace limber::server {
 
 TakingTurns::~TakingTurns() {
@@ -19,10 +21,35 @@ void TakingTurns::put(const std::string& client, Task task, Share share) {
   own.waiting.push_back(std::move(task));
 }
 
+/// Of a task that runs.
+class TakingTurns::Place : public PlaceOfTask {
+ public:
+  Place(TakingTurns& turns, std::string client) : turns_(turns), client_(std::move(client)) {}
+
+  void lend() override {
+    {
+      const std::lock_guard lock(turns_.mutex_);
+      turns_.give_back(client_);
+      if (turns_.left_ == 0 || !turns_.more_) return;
+      --turns_.left_;
+    }
+    turns_.more_();
+  }
+  void take_back() override {
+    const std::lock_guard lock(turns_.mutex_);
+    ++turns_.clients_[client_].running;
+    --turns_.free_;
+  }
+
+ private:
+  TakingTurns& turns_;
+  const std::string client_;
+};
+
 std::optional<TakingTurns::Taken> TakingTurns::take() {
   const auto turn = std::find_if(turns_.begin(), turns_.end(), [&](const std::string& client) {
     const Client& own = clients_.at(client);
-    return own.share == Share::kAll || own.running < free_;
+    return free_ > 0 && (own.share == Share::kAll || own.running < free_);
   });
   if (turn == turns_.end()) {
     ++left_;
@@ -50,8 +77,12 @@ void TakingTurns::run_one() {
   auto taken = take();
   while (taken) {
     lock.unlock();
-    taken->task();
-    taken->task = nullptr;
+    {
+      Place place(*this, taken->client);
+      const InPlace in_place(place);
+      taken->task();
+      taken->task = nullptr;
+    }
     lock.lock();
     give_back(taken->client);
     if (left_ == 0) return;

@@ -7,24 +7,28 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace limber::server {
 
 /// Tasks of many clients for few threads: clients take turns, each with its oldest task, so that
 /// one that has asked for much holds up nobody else. Tasks may run for long, so that some threads
-/// are left to who comes later: a client has no more tasks running than threads are free. Of ten
-/// threads the first client gets five, the next three. Thread-safe.
+/// are left to who comes later: a client has no more tasks running than places are free. Of ten
+/// places the first client gets five, the next three. A task that waits for somebody may lend its
+/// place (LentPlace). Thread-safe.
 class TakingTurns {
  public:
   using Task = std::function<void()>;
-  /// Of the threads, to the tasks of a client.
+  /// Of the places, to the tasks of a client.
   enum class Share {
     kPart,
     kAll,  // their number is bounded elsewhere
   };
 
-  /// @param threads  that call run_one()
-  explicit TakingTurns(std::size_t threads) : free_(threads) {}
+  /// @param places  tasks that run at once, besides those that lend theirs
+  /// @param more  has one more thread call run_one(), since a place is lent
+  explicit TakingTurns(std::size_t places, std::function<void()> more = {})
+      : more_(std::move(more)), free_(static_cast<std::ptrdiff_t>(places)) {}
   ~TakingTurns();
   TakingTurns(const TakingTurns&) = delete;
   TakingTurns& operator=(const TakingTurns&) = delete;
@@ -38,9 +42,10 @@ class TakingTurns {
  private:
   struct Client {
     std::deque<Task> waiting;
-    std::size_t running = 0;
+    std::ptrdiff_t running = 0;
     Share share = Share::kPart;
   };
+  class Place;
   struct Taken {
     std::string client;
     Task task;
@@ -50,9 +55,10 @@ class TakingTurns {
   /// Its task has ended. With the lock.
   void give_back(const std::string& client);
 
+  const std::function<void()> more_;
   std::mutex mutex_;
-  std::size_t free_;                       // threads
-  std::size_t left_ = 0;                   // calls of run_one() that ran nothing
+  std::ptrdiff_t free_;   // places; fewer than none where some that were lent are taken back
+  std::size_t left_ = 0;  // calls of run_one() that ran nothing
   std::map<std::string, Client> clients_;  // that wait or run
   std::deque<std::string> turns_;          // those that wait, the next one first
 };

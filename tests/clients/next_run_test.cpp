@@ -32,6 +32,8 @@ struct RunsThatFollow : ::testing::Test {
     if (refused < refusals) {
       ++refused;
       *reply.mutable_error() = at_the_end(is_handed_over);
+    } else if (request.has_solve_beams()) {
+      reply.mutable_solve_beams()->set_job(9);
     } else if (request.has_get_job()) {
       reply.mutable_error()->set_code(v1::ERROR_CODE_NOT_FOUND);
       reply.mutable_error()->set_field("job");
@@ -105,6 +107,13 @@ TEST_F(RunsThatFollow, AreNotAskedForJobsNorToEnd) {
   EXPECT_THROW(client.call(cancel), ServerStopped);
   EXPECT_THROW(client.call(v1::ShutdownRequest{}), ServerStopped);
   EXPECT_EQ(router.received(), 2);
+}
+
+TEST_F(RunsThatFollow, AreAskedToSolveFilesOfAJob) {
+  v1::SolveBeamsRequest solve;
+  solve.mutable_job();
+  EXPECT_EQ(client.call(solve).job(), 9u);
+  EXPECT_EQ(refused, 2);
 }
 
 TEST_F(RunsThatFollow, AreNotAskedForWhatWasSubmitted) {

@@ -77,5 +77,10 @@ def test_without_its_tools_it_fails(call, arguments, variables):
 
 
 def test_it_is_left_out_where_that_is_said(call):
-    answer = call(LIMBER_WITHOUT_NPM="1", CI="true")
+    answer = call(LIMBER_WITHOUT_NPM="1")
     assert answer.returncode == 0 and "SKIPPED" in answer.stderr
+
+
+def test_it_is_never_left_out_in_ci(call):
+    answer = call(LIMBER_WITHOUT_NPM="1", CI="true")
+    assert answer.returncode == 1 and "FAILED" in answer.stderr

@@ -136,7 +136,8 @@ def _needs_instance(kind: str, message: Any) -> bool:
 
 def _is_for_next(kind: str, message: Any) -> bool:
     """Whether a run of limberd that takes the place of another one is asked too. Jobs end with their run."""
-    return kind not in SENT_ONCE and not getattr(message, "job", 0)
+    job = getattr(message, "job", 0)  # SolveBeamsRequest has files of a job under that name
+    return kind not in SENT_ONCE and not (isinstance(job, int) and job)
 
 
 class Connection:

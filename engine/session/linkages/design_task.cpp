@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
+#include "engine/base/lent_place.h"
 #include "engine/session/linkages/design_reach.h"
 #include "engine/session/linkages/impl.h"
 
@@ -238,6 +240,7 @@ bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
   };
   publish_now();
   std::unique_lock lock(mutex_);
+  std::optional<LentPlace> lent;
   while (design_.is_paused()) {
     if (info.state != DesignState::kPaused) {
       info.state = DesignState::kPaused;
@@ -245,6 +248,7 @@ bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
       publish_now();
       lock.lock();
     }
+    if (!lent) lent.emplace();
     design_.wait(lock);
     if (!design_.is_paused()) break;
     if (auto goal = design_.take_goal()) {
@@ -256,6 +260,7 @@ bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
   }
   std::optional<DesignGoal> goal = design_.take_goal();
   lock.unlock();
+  lent.reset();
   if (goal) go_to(std::move(*goal));
   note_terms(design, info);
   info.state = DesignState::kRunning;

@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "engine/base/lent_place.h"
+
 namespace limber::server {
 namespace {
 
@@ -83,6 +85,30 @@ TEST_F(LongTasks, TakeAllThreadsWhereTheirNumberIsBoundedElsewhere) {
   put_long("jobs", TakingTurns::Share::kAll);
   tasks.run_one();
   EXPECT_EQ(most, kThreads);
+}
+
+TEST(TakingTurns, PlacesOfTasksThatWaitForSomebodyAreLent) {
+  int asked = 0;
+  std::string ran;
+  TakingTurns tasks(2, [&] { ++asked; });
+  tasks.put("many", [&] {
+    tasks.put("many", [&] { ran += 'b'; });
+    tasks.put("many", [&] { ran += 'c'; });
+    tasks.run_one();
+    EXPECT_EQ(ran, "") << "the other place is for others";
+    EXPECT_EQ(asked, 0);
+    {
+      const LentPlace lent;
+      EXPECT_EQ(asked, 1) << "for a thread that runs what was left";
+      tasks.run_one();
+      EXPECT_EQ(ran, "b");
+    }
+    tasks.run_one();
+    EXPECT_EQ(ran, "b") << "it was taken back";
+    ran += 'a';
+  });
+  tasks.run_one();
+  EXPECT_EQ(ran, "bac");
 }
 
 TEST(TakingTurns, LetsGoWhatWaitsAtItsEnd) {
