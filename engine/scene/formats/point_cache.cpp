@@ -42,6 +42,9 @@ PointCache read_pc2(const std::string& name, std::string_view content) {
   const std::int64_t points = formats::decode<std::int32_t>(content.data() + 16, kOrder);
   const std::int64_t samples = formats::decode<std::int32_t>(content.data() + 28, kOrder);
   if (points < 0 || samples < 0) refuse_cache(name, "a negative number of points or samples");
+  // A few bytes would be work for minutes.
+  if (points == 0 && samples > 0)
+    refuse_cache(name, "has " + std::to_string(samples) + " samples of no points");
   // Both fit 31 bits, so the product cannot overflow 64.
   const auto expected = static_cast<std::uint64_t>(points) * static_cast<std::uint64_t>(samples);
   if (expected > content.size() || content.size() != kCacheHeaderBytes + 12 * expected) {

@@ -71,6 +71,10 @@ TEST(PointCaches, ThatAreBrokenAreRefused) {
   std::memset(huge.data() + 16, 0x7f, 4);
   std::memset(huge.data() + 28, 0x7f, 4);
   EXPECT_TRUE(refused(huge, ErrorCode::kInvalidArgument));
+  std::string pointless = good.substr(0, 32);  // two thousand million samples in 32 bytes
+  std::memset(pointless.data() + 16, 0, 4);
+  std::memset(pointless.data() + 28, 0x7f, 4);
+  EXPECT_TRUE(refused(pointless, ErrorCode::kInvalidArgument));
   std::string negative = good;
   std::memset(negative.data() + 28, 0xff, 4);
   EXPECT_TRUE(refused(negative, ErrorCode::kInvalidArgument));
