@@ -58,10 +58,10 @@ def show_page(server: limber.Server, session: limber.Session, is_opened: bool, i
         return
     if not info.web.endswith(f":{PAGE_PORT}"):
         print(f"\nPort {PAGE_PORT} is taken by another program: the page is at another one.")
-    print(f"\nDrag a point of it in a browser:\n\n    {url}\n\nCtrl-C ends limberd and the page.", flush=True)
-    if is_opened and not webbrowser.open(url):
-        print("No browser could be opened here: open the address yourself.", flush=True)
     try:
+        print(f"\nDrag a point of it in a browser:\n\n    {url}\n\nCtrl-C ends limberd and the page.", flush=True)
+        if is_opened and not webbrowser.open(url):
+            print("No browser could be opened here: open the address yourself.", flush=True)
         while server.process.poll() is None:
             time.sleep(0.5)
     except KeyboardInterrupt:
