@@ -188,7 +188,9 @@ void watch(Context& context, const WatchOptions& options) {
     const bool is_of_another =  // that took its name
         event->message.session_uid() != 0 && event->message.session_uid() != snapshot.uid();
     const auto& news = event->message.status();
-    if (event->topic == status && news.next_run_follows()) {
+    const bool may_follow = news.has_next_run_follows() ? news.next_run_follows()
+                                                        : news.server_stopped() && news.is_stored();
+    if (event->topic == status && may_follow) {
       heard_at += kNextRun;  // where none comes, silence tells
       continue;
     }

@@ -128,7 +128,7 @@ proto::SessionStatus Record::status() const {
     status.set_state(encode_state(state_));
     const bool is_stopped = state_ == session::State::kClosed && hub_.stopping.load();
     status.set_server_stopped(is_stopped);
-    status.set_next_run_follows(is_stopped && hub_.next_run() == NextRun::kTakesOver);
+    if (is_stopped) status.set_next_run_follows(hub_.next_run() == NextRun::kTakesOver);
     status.set_message(message_);
     if (newest_info_) *status.mutable_result() = *newest_info_;
     if (state_ == session::State::kBuilding)

@@ -138,7 +138,8 @@ class SessionStream:
 
     def _obey(self, status: "service.SessionStatus") -> None:
         if status.state == service.SESSION_STATE_CLOSED:
-            if status.next_run_follows:
+            said = status.HasField("next_run_follows")
+            if status.next_run_follows or not said and status.server_stopped and status.is_stored:
                 self._awaited_until = time.monotonic() + NEXT_RUN
                 return  # where none comes, silence tells
             self.close()
