@@ -90,6 +90,11 @@ void make_file(const fs::path& file) {
   if (made >= 0) ::close(made);  // else SQLite says why
 }
 
+/// To which more room on the disk is no help.
+bool is_damage(const std::exception& fault) {
+  return dynamic_cast<const DamagedFile*>(&fault) != nullptr;
+}
+
 }  // namespace
 
 namespace {
@@ -152,10 +157,8 @@ Store::~Store() { end(); }
 void Store::open_writer() {
   try {
     writer_ = std::make_unique<Writer>(options_);
-  } catch (const DamagedFile&) {
-    throw;
   } catch (const Error& fault) {  // the index of the log takes some room, too
-    if (fault.code() != ErrorCode::kIo || !reserve_.give_up()) throw;
+    if (is_damage(fault) || fault.code() != ErrorCode::kIo || !reserve_.give_up()) throw;
     writer_ = std::make_unique<Writer>(options_);
   }
   const auto try_to = [this](void (Writer::*forget)()) {
@@ -164,7 +167,7 @@ void Store::open_writer() {
       return true;
     } catch (const std::exception& fault) {
       log::warn("what is too old stays in the store: {}", fault.what());
-      return dynamic_cast<const DamagedFile*>(&fault) != nullptr;  // to which room is no help
+      return is_damage(fault);
     }
   };
   if (!try_to(&Writer::forget_unchanged) && reserve_.give_up())
@@ -400,11 +403,9 @@ bool Store::remove(const std::set<std::uint64_t>& uids, const std::vector<KeptRe
     try {
       writer_->make_room(uids, replies);
       return true;
-    } catch (const DamagedFile& fault) {  // to which room is no help
-      log::debug("not even that can be written: {}", fault.what());
-      return false;
     } catch (const std::exception& fault) {
       log::debug("not even that can be written: {}", fault.what());
+      if (is_damage(fault)) return false;
     }
   } while (reserve_.give_up());
   return false;
