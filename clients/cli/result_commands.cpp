@@ -15,6 +15,7 @@
 #include "clients/cpp/reach.h"
 #include "clients/cpp/server.h"
 #include "clients/cpp/stream.h"
+#include "clients/cpp/waiting.h"
 
 namespace limber::cli {
 namespace {
@@ -169,7 +170,7 @@ void watch(Context& context, const WatchOptions& options) {
     ++shown;
   }
   using Clock = std::chrono::steady_clock;
-  constexpr Milliseconds kSilence{3500}, kNextRun{60000};
+  constexpr Milliseconds kSilence{3500};
   auto result_at = Clock::now();
   auto heard_at = result_at;
   while (options.count == 0 || shown < options.count) {
@@ -191,7 +192,7 @@ void watch(Context& context, const WatchOptions& options) {
     const bool may_follow = news.has_next_run_follows() ? news.next_run_follows()
                                                         : news.server_stopped() && news.is_stored();
     if (event->topic == status && may_follow) {
-      heard_at += kNextRun;  // where none comes, silence tells
+      heard_at += client::kNextRun;  // where none comes, silence tells
       continue;
     }
     if (event->topic == status && news.server_stopped()) {

@@ -204,7 +204,7 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
       give_up(false);
       throw;
     }
-    const bool is_anew = is_connected_anew();
+    const bool is_anew = !readable && is_connected_anew();  // else asked the next time
     if (readable) {
       receive_one();
     } else if (is_anew && again != nullptr) {

@@ -24,8 +24,6 @@ constexpr Milliseconds kLongestSilence{120000};
 
 /// Between requests to a server that has said that it ends.
 constexpr Milliseconds kPause{100};
-/// How long another run is awaited that is to follow it.
-constexpr Milliseconds kNextRun{60000};
 
 double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
 

@@ -7,6 +7,9 @@
 
 namespace limber::client {
 
+/// How long another run of limberd is awaited that is to follow one that ended in order.
+inline constexpr Milliseconds kNextRun{60000};
+
 /// How a session, or a job, is while it is waited for.
 using WaitProgress = std::function<void(const v1::SessionStatus&)>;
 using JobProgress = std::function<void(const v1::JobStatus&)>;
