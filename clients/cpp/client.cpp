@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "clients/cpp/part_size.h"
 #include "clients/cpp/skew.h"
 
 namespace limber::client {
@@ -53,6 +54,40 @@ bool needs_instance(const v1::Request& request) {
   if (field == nullptr) return false;
   const std::string session = body->GetReflection()->GetString(*body, field);
   return !session.empty() && session.find('@') == std::string::npos;
+}
+
+/// Whose answers are as large as a session's scene, basis or structure. Frames of a motion come in
+/// parts of their own, where they can be divided.
+bool may_have_long_answer(const v1::Request& request) {
+  using Request = v1::Request;
+  switch (request.body_case()) {
+    case Request::kGetFrames:
+      return request.get_frames().most_bytes() == 0;
+    case Request::kGetGeometry:
+    case Request::kGetMaterial:
+    case Request::kGetSession:
+    case Request::kSaveSession:
+    case Request::kGetDesign:
+    case Request::kGetBeamSolution:
+    case Request::kExplain:
+    case Request::kGetSample:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// An older server refuses what it does not know of a request: that its answer can come in parts.
+bool knows_no_parts(const ClientError& error) {
+  const std::string words =
+      "unknown field number " + std::to_string(v1::Request::kMostReplyBytesFieldNumber) + " ";
+  return error.code() == v1::ERROR_CODE_INVALID_ARGUMENT &&
+         std::string(error.what()).find(words) != std::string::npos;
+}
+
+/// The server keeps no more of the answer whose parts were fetched: it is to be asked for anew.
+bool is_gone(const ClientError& error) {
+  return error.code() == v1::ERROR_CODE_FAILED_PRECONDITION && error.field() == "reply";
 }
 
 }  // namespace
@@ -128,6 +163,60 @@ Client::Again Client::stamped(v1::Request& request) {
                       "a request of 2 GiB or more cannot be sent");
   pending_.emplace(request.id(), std::nullopt);
   return {std::move(bytes), !is_of_job(request)};
+}
+
+v1::Reply Client::ask(v1::Request& request, Milliseconds timeout, const char* what) {
+  constexpr int kTries = 3;  // its parts may go with a connection
+  for (int i = 0; may_have_long_answer(request) && i < kTries; ++i) {
+    if (!without_parts_.empty() && without_parts_ == heard_instance_) break;
+    request.set_most_reply_bytes(PartSize::kLeast);
+    try {
+      v1::Reply reply = ask_once(request, timeout, what);
+      if (!reply.has_get_reply_part()) return reply;
+      return fetch_rest(std::move(*reply.mutable_get_reply_part()), timeout, what);
+    } catch (const ClientError& error) {
+      if (knows_no_parts(error)) {
+        without_parts_ = heard_instance_;
+      } else if (!is_gone(error)) {
+        throw;
+      }
+    }
+  }
+  request.clear_most_reply_bytes();
+  return ask_once(request, timeout, what);
+}
+
+v1::Reply Client::ask_once(v1::Request& request, Milliseconds timeout, const char* what) {
+  const Again again = stamped(request);
+  send(again.bytes);
+  return receive(last_id_, timeout, what, request.has_shutdown() ? nullptr : &again);
+}
+
+v1::Reply Client::fetch_rest(v1::GetReplyPartResponse first, Milliseconds timeout,
+                             const char* what) {
+  std::string bytes = std::move(*first.mutable_data());
+  PartSize size;
+  while (bytes.size() < first.total_bytes()) {
+    v1::Request request;
+    auto& wanted = *request.mutable_get_reply_part();
+    wanted.set_reply(first.reply());
+    wanted.set_offset(bytes.size());
+    wanted.set_most_bytes(size.bytes());
+    const auto begin = Clock::now();
+    const v1::Reply reply = ask_once(request, timeout, what);
+    size.note(Clock::now() - begin);
+    const auto& part = reply.get_reply_part();
+    if (part.offset() != bytes.size() || part.data().empty())
+      throw ClientError(v1::ERROR_CODE_MALFORMED, "",
+                        "a part of a long answer is not the next one");
+    bytes += part.data();
+  }
+  v1::Reply whole;
+  if (!whole.ParseFromString(bytes))
+    throw ClientError(v1::ERROR_CODE_MALFORMED, "",
+                      std::string("the parts of the answer to ") + what + " are not one message");
+  if (whole.has_error()) throw_refusal(whole.error());
+  return whole;
 }
 
 void Client::send(const std::string& bytes) {
@@ -250,6 +339,7 @@ void Client::receive_one() {
 void Client::note_instance(const v1::Reply& reply) {
   const bool is_adopted =
       reply.has_open_session() || reply.error().code() == v1::ERROR_CODE_RESTARTED;
+  if (!reply.instance().empty()) heard_instance_ = reply.instance();
   if (!reply.instance().empty() && (is_adopted || instance_.empty())) instance_ = reply.instance();
 }
 

@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <zmq.hpp>
 
 #include "clients/cpp/error.h"
@@ -69,10 +68,8 @@ class Client {
                                            std::optional<Milliseconds> timeout = {}) {
     v1::Request request;
     Rpc<RequestBody>::put(request, body);
-    const Again again = stamped(request);
-    send(again.bytes);
-    return collect<RequestBody>(
-        last_id_, timeout, std::is_same_v<RequestBody, v1::ShutdownRequest> ? nullptr : &again);
+    v1::Reply reply = ask(request, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName);
+    return taken<RequestBody>(reply);
   }
 
   /// Sends a request and returns its id at once; collect() its answer later, in any order.
@@ -88,7 +85,9 @@ class Client {
   template <class RequestBody>
   typename Rpc<RequestBody>::Response collect(std::uint64_t id,
                                               std::optional<Milliseconds> timeout = {}) {
-    return collect<RequestBody>(id, timeout, nullptr);
+    v1::Reply reply =
+        receive(id, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName, nullptr);
+    return taken<RequestBody>(reply);
   }
 
   /// Forgets a submitted request; its answer will be dropped.
@@ -115,20 +114,22 @@ class Client {
     bool is_for_next_run;  // not of a job, which ends with its run
   };
 
-  /// @param again  what is sent once more after half of the time, and to the run that follows one
-  /// that ends; null: nothing
   template <class RequestBody>
-  typename Rpc<RequestBody>::Response collect(std::uint64_t id, std::optional<Milliseconds> timeout,
-                                              const Again* again) {
-    v1::Reply reply =
-        receive(id, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName, again);
+  static typename Rpc<RequestBody>::Response taken(v1::Reply& reply) {
     if (!Rpc<RequestBody>::is(reply)) refuse_kind(Rpc<RequestBody>::kName);
     return Rpc<RequestBody>::take(reply);
   }
 
+  /// A request and its reply, which comes in parts (parts.proto) where it may be long.
+  v1::Reply ask(v1::Request& request, Milliseconds timeout, const char* what);
+  v1::Reply ask_once(v1::Request& request, Milliseconds timeout, const char* what);
+  /// The reply whose first part came in its place.
+  v1::Reply fetch_rest(v1::GetReplyPartResponse first, Milliseconds timeout, const char* what);
   /// A request with the next id, which is in flight from now on.
   Again stamped(v1::Request& request);
   void send(const std::string& bytes);
+  /// @param again  what is sent once more after half of the time, and to the run that follows one
+  /// that ends; null: nothing
   v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what, const Again* again);
   /// Reads one message, of whichever request it answers.
   void receive_one();
@@ -146,6 +147,8 @@ class Client {
   bool was_connected_ = false;
   const std::string id_;  // by which limberd knows repeated requests, also on a new connection
   std::string instance_;
+  std::string without_parts_;  // the run of an older limberd, whose answers do not come in parts
+  std::string heard_instance_;
   std::uint64_t last_id_ = 0;
   std::map<std::uint64_t, std::optional<v1::Reply>> pending_;  // submitted and not collected yet
   std::uint64_t heard_ = 0;                                    // messages received so far

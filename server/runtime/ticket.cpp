@@ -27,11 +27,15 @@ Ticket::~Ticket() {
 
 bool Ticket::answer(proto::Reply reply) { return answer(std::move(reply), Keep::kReply); }
 
-bool Ticket::answer(proto::Reply reply, Keep keep) {
-  if (answered_.exchange(true)) return false;
+void Ticket::stamp(proto::Reply& reply) const {
   reply.set_version(1);
   reply.set_id(id_);
   reply.set_instance(instance_);
+}
+
+bool Ticket::answer(proto::Reply reply, Keep keep) {
+  if (answered_.exchange(true)) return false;
+  stamp(reply);
   if (reply.has_error()) {
     counters_.errors.fetch_add(1, std::memory_order_relaxed);
     if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
@@ -46,8 +50,25 @@ bool Ticket::answer(proto::Reply reply, Keep keep) {
                                     : replies_->forget(key_);
   }
   if (repeated) repeated->answer_again(bytes);
+  if (parts_ != nullptr && replies_ == nullptr && bytes.size() > most_bytes_ && !reply.has_error())
+    bytes = first_part(std::move(bytes));
   deliver(std::move(bytes));
   return true;
+}
+
+void Ticket::divide_reply(ReplyParts& parts, std::uint64_t most_bytes) {
+  parts_ = &parts;
+  most_bytes_ = most_bytes;
+}
+
+std::string Ticket::first_part(std::string whole) {
+  auto unread = transport_.hold_unread(client_, whole.size());
+  if (!unread) return whole;  // which is refused then
+  proto::Reply reply;
+  stamp(reply);
+  *reply.mutable_get_reply_part() = parts_->begin(client_, std::move(whole), std::move(*unread),
+                                                  most_bytes_, ReplyParts::Clock::now());
+  return reply.SerializeAsString();
 }
 
 void Ticket::deliver(std::string reply) {

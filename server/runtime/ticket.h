@@ -9,6 +9,7 @@
 
 #include "limber/v1/service.pb.h"
 #include "server/runtime/open_requests.h"
+#include "server/runtime/reply_parts.h"
 #include "server/runtime/stored_replies.h"
 #include "server/transport/transport.h"
 
@@ -37,6 +38,9 @@ class Ticket {
   /// From now on its end is reported to `replies`. Before it is shared.
   /// @param hash  of the request's bytes
   void keep_reply(StoredReplies& replies, RequestKey key, std::uint64_t hash);
+  /// A long reply goes in parts, the first of about so many bytes, unless it is kept for
+  /// repetitions. Before it is shared.
+  void divide_reply(ReplyParts& parts, std::uint64_t most_bytes);
   /// Of a request whose client names itself: by what a repetition is recognised.
   [[nodiscard]] const RequestKey& request_key() const { return key_; }
   [[nodiscard]] std::uint64_t request_hash() const { return hash_; }
@@ -68,7 +72,10 @@ class Ticket {
  private:
   enum class Keep { kReply, kNothing };  // in the stored replies
   bool answer(proto::Reply reply, Keep keep);
+  void stamp(proto::Reply& reply) const;
   bool refuse(const std::exception& fault, const std::string& prefix, Keep keep);
+  /// In place of a reply that is too long for one message.
+  std::string first_part(std::string whole);
   void deliver(std::string reply);
   void end();  // nobody waits for it any more
 
@@ -88,6 +95,8 @@ class Ticket {
   StoredReplies* replies_ = nullptr;
   RequestKey key_;
   std::uint64_t hash_ = 0;
+  ReplyParts* parts_ = nullptr;
+  std::uint64_t most_bytes_ = 0;  // of a reply that goes whole
   std::atomic<bool> answered_{false};
 };
 

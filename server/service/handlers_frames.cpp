@@ -78,6 +78,14 @@ proto::GetFramesResponse Service::get_job_frames(const proto::GetFramesRequest& 
   return response;
 }
 
+void Service::get_reply_part(const proto::GetReplyPartRequest& request,
+                             const SharedTicket& ticket) {
+  proto::Reply reply;
+  *reply.mutable_get_reply_part() =
+      reply_parts_.part(ticket->client(), request, ReplyParts::Clock::now());
+  ticket->answer(std::move(reply));
+}
+
 proto::ExportResponse Service::export_part(const proto::ExportRequest& request) {
   if (request.job() == 0) return kept_.find(request.session())->export_part(request);
   if (!request.session().empty()) throw invalid("job", "give either a session or a job");

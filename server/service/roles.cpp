@@ -27,6 +27,7 @@ std::optional<Role> least_role(int body) {
     case Request::kJoinSession:
     case Request::kLeaveSession:
     case Request::kFollow:
+    case Request::kGetReplyPart:
     case Request::kGetJob:
     case Request::kListJobs:
       return Role::kView;

@@ -127,6 +127,9 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_requests,
                                                std::move(address), peek.id, hub_.run.instance);
   ticket->note_client_number(clients_.note(ticket->client()));
+  if (peek.most_reply_bytes != 0)
+    ticket->divide_reply(reply_parts_,
+                         std::min(peek.most_reply_bytes, hub_.options.transport.message_bytes));
   try {
     if (payload.size() > hub_.options.transport.message_bytes) {
       throw limit_exceeded("", "bytes of a request", hub_.options.transport.message_bytes,
@@ -257,6 +260,7 @@ void Service::carry_out_again(const SharedTicket& ticket, const Request& request
 void Service::park_idle() {
   if (is_parking_.exchange(true)) return;
   boost::asio::post(hub_.request_pool, [this] {
+    reply_parts_.sweep(ReplyParts::Clock::now());
     kept_.parking().park_idle();
     is_parking_.store(false);
   });
@@ -312,6 +316,7 @@ void Service::drop_waiting(const std::string& client) {
 
 void Service::disconnected(const std::string& client) {
   leave_all(client);
+  reply_parts_.drop(client);
   if (hub_.open_requests.of(client) == 0) return;
   drop_waiting(client);
   for (const auto& record : sessions_.all()) record->waiters().abandon(client);

@@ -8,6 +8,7 @@
 #include "limber/v1/service.pb.h"
 #include "server/kinds/registry.h"
 #include "server/runtime/hub.h"
+#include "server/runtime/reply_parts.h"
 #include "server/runtime/stored_replies.h"
 #include "server/runtime/ticket.h"
 #include "server/service/client_directory.h"
@@ -144,6 +145,7 @@ class Service {
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request);
   proto::GetFramesResponse get_job_frames(const proto::GetFramesRequest& request) const;
   proto::ExportResponse export_part(const proto::ExportRequest& request);
+  void get_reply_part(const proto::GetReplyPartRequest& request, const SharedTicket& ticket);
   [[nodiscard]] std::uint64_t most_bytes_of(const proto::GetFramesRequest& request) const;
   void demand_message_room(std::uint64_t frame_bytes) const;
 
@@ -182,6 +184,7 @@ class Service {
   ClientDirectory clients_;
   std::mutex list_order_;  // of changes of the list of keys
   StoredReplies replies_;
+  ReplyParts reply_parts_;
   HeavyRequests heavy_;
 };
 

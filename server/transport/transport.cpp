@@ -184,6 +184,12 @@ void Transport::send(Address address, std::string bytes) {
   enqueue(Outgoing{std::move(address), std::move(bytes), std::move(*unread)});
 }
 
+std::optional<UnreadReplies::Hold> Transport::hold_unread(const std::string& client,
+                                                          std::uint64_t bytes) {
+  UnreadReplies::Excess excess;
+  return unread_.admit(client, bytes, excess);
+}
+
 void Transport::allow(AllowedKeys keys) { enqueue(NewKeys{std::move(keys)}); }
 
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages,

@@ -88,6 +88,9 @@ class Transport {
 
   // Any thread:
   void send(Address address, std::string bytes);
+  /// Bytes that are kept for a client to fetch count as unread by it; nothing: it has no room.
+  [[nodiscard]] std::optional<UnreadReplies::Hold> hold_unread(const std::string& client,
+                                                               std::uint64_t bytes);
   /// @param messages  serialised StreamMessages without `sequence`, which is appended here, in the
   /// order of calls
   void publish(const std::string& topic, std::vector<StreamBytes> messages,

@@ -36,10 +36,11 @@ RequestPeek peek_request(std::string_view bytes) {
     const int number = Wire::GetTagFieldNumber(tag);
     const bool varint = Wire::GetTagWireType(tag) == Wire::WIRETYPE_VARINT;
     std::uint64_t value = 0;
-    if (varint && (number == 1 || number == 2)) {
+    if (varint && (number == 1 || number == 2 || number == 6)) {
       if (!in.ReadVarint64(&value)) break;
       if (number == 1) peek.version = static_cast<std::uint32_t>(value);
       if (number == 2) peek.id = value;
+      if (number == 6) peek.most_reply_bytes = value;
       continue;
     }
     const bool text = Wire::GetTagWireType(tag) == Wire::WIRETYPE_LENGTH_DELIMITED;

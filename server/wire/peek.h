@@ -10,6 +10,7 @@ namespace limber::server {
 struct RequestPeek {
   std::uint64_t id = 0;  // 0 where none could be read
   std::uint32_t version = 0;
+  std::uint64_t most_reply_bytes = 0;
   int body = 0;                  // field number of the body; 0: none
   std::string instance, client;  // as given
   std::string fault;             // why the bytes are no protobuf message; empty: they may be one

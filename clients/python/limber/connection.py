@@ -26,7 +26,7 @@ import zmq
 import zmq.utils.monitor
 from google.protobuf.message import DecodeError
 
-from . import checks
+from . import checks, reply_parts
 from .errors import LimberError, ServerRestarted, ServerUnreachable, from_message
 from .messages import common, service
 from .presence import client_name
@@ -44,6 +44,9 @@ NEXT_RUN = 60.0
 
 # Not sent again: a limberd that was started meanwhile is not meant.
 SENT_ONCE = frozenset({"shutdown"})
+
+# How often a long answer is asked for whose parts went with a connection.
+_TRIES = 3
 
 
 @dataclass
@@ -162,6 +165,7 @@ class Connection:
         self._closed = False
         self._last_heard = 0.0
         self._heard_instance = ""  # the run of limberd that answered last
+        self._without_parts = ""   # the run of an older limberd, which does not know that answers can come in parts
         self._closed_first: "weakref.WeakSet" = weakref.WeakSet()
         inside = f"inproc://limber-{id(self)}"
         self._control = self.context.socket(zmq.PAIR)
@@ -184,10 +188,38 @@ class Connection:
         What names a session is refused by another run of limberd than `instance`: ServerRestarted is raised.
         """
         timeout = self.timeout if timeout is None else timeout
-        sent = time.monotonic()
-        identifier, asked = self._submit(kind, message)
+        if not reply_parts.may_be_long(kind, message):
+            return self._answer(kind, self._ask(kind, message, timeout))
+        for _ in range(_TRIES):
+            if self._without_parts and self._without_parts == self._heard_instance:
+                break
+            try:
+                return self._long_answer(kind, message, timeout)
+            except LimberError as error:
+                if reply_parts.is_of_older_server(error):
+                    self._without_parts = self._heard_instance
+                elif not reply_parts.is_gone(error):
+                    raise
+        return self._answer(kind, self._ask(kind, message, timeout))
+
+    def _long_answer(self, kind: str, message, timeout: float):
+        reply = self._ask(kind, message, timeout, most_reply_bytes=reply_parts.PartSize.LEAST)
+        if reply.WhichOneof("body") != "get_reply_part":
+            return self._answer(kind, reply)
+
+        def next_part(wanted):
+            return self._answer("get_reply_part", self._ask("get_reply_part", wanted, timeout))
+        data = reply_parts.whole(reply.get_reply_part, next_part)
         try:
-            reply = self._await(asked, timeout, asks=kind == "wait")
+            return self._answer(kind, service.Reply.FromString(data))
+        except DecodeError as error:
+            raise LimberError("MALFORMED", f"the parts of the answer to {kind} are not one message") from error
+
+    def _ask(self, kind: str, message, timeout: float, most_reply_bytes: int = 0) -> "service.Reply":
+        sent = time.monotonic()
+        identifier, asked = self._submit(kind, message, most_reply_bytes)
+        try:
+            return self._await(asked, timeout, asks=kind == "wait")
         except (futures.TimeoutError, ServerUnreachable) as error:
             # What waits in the socket for another run would be done there, although it is refused here.
             self._abandon(identifier, reopen=self._last_heard < sent or asked.refusal is not None)
@@ -199,6 +231,9 @@ class Connection:
         except BaseException:
             self._abandon(identifier, reopen=asked.refusal is not None)
             raise
+
+    def _answer(self, kind: str, reply: "service.Reply"):
+        """The response message of a reply to such a request; raises LimberError."""
         body = reply.WhichOneof("body")
         if body == "error":
             raise from_message(reply.error)
@@ -258,8 +293,9 @@ class Connection:
         self._control.close()
         self.context.destroy(linger=0)
 
-    def _submit(self, kind: str, message) -> "tuple[int, _Asked]":
+    def _submit(self, kind: str, message, most_reply_bytes: int) -> "tuple[int, _Asked]":
         request = service.Request(version=PROTOCOL, id=next(self._ids), client=self.client, client_name=self.client_name,
+                                  most_reply_bytes=most_reply_bytes,
                                   instance=self.instance if _needs_instance(kind, message) else "", **{kind: message})
         data = request.SerializeToString()
         asked = _Asked(futures.Future(), None if kind in SENT_ONCE else data, _is_for_next(kind, message))

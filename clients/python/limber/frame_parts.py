@@ -2,38 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import time
 from typing import Callable
 
 from .errors import LimberError
 from .messages import service
+from .reply_parts import PartSize
 
 # How often newer results may displace the one whose parts are fetched.
 _TRIES = 3
 
 Call = Callable[["service.GetFramesRequest"], "service.GetFramesResponse"]
-
-
-class PartSize:
-    """Bytes of frames to ask for at once. Answers to other requests of the connection pass between two parts, so that one is
-    to take some hundredths of a second more than the shortest did: what remains of that is the way there and back."""
-
-    LEAST, MOST = 64 << 10, 4 << 20
-    QUICK, SLOW = 0.01, 0.03  # [s]
-
-    def __init__(self) -> None:
-        self.bytes = self.LEAST
-        self._shortest = math.inf
-
-    def note(self, seconds: float) -> None:
-        """How long a part of this size took from its request to its end."""
-        self._shortest = min(self._shortest, seconds)
-        more = seconds - self._shortest
-        if more < self.QUICK:
-            self.bytes = min(2 * self.bytes, self.MOST)
-        elif more > self.SLOW:
-            self.bytes = max(self.bytes // 2, self.LEAST)
 
 
 def fetch(call: Call, request: "service.GetFramesRequest",

@@ -7,6 +7,7 @@ try:
     from .v1 import common_pb2 as common
     from .v1 import design_pb2 as design
     from .v1 import follow_pb2 as follow
+    from .v1 import parts_pb2 as parts
     from .v1 import presence_pb2 as presence
     from .v1 import scene_pb2 as scene
     from .v1 import service_pb2 as service
@@ -16,4 +17,4 @@ except ImportError as error:
         "the messages of limber.v1 are not usable here: build limber once (scripts/build), which writes "
         f"limber/v1/*_pb2.py, and use a Python with protobuf >= 3.20 ({error})") from error
 
-__all__ = ["access", "beam_structure", "beams", "common", "design", "follow", "presence", "scene", "service", "stream"]
+__all__ = ["access", "beam_structure", "beams", "common", "design", "follow", "parts", "presence", "scene", "service", "stream"]

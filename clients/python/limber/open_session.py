@@ -176,7 +176,7 @@ class OpenSession:
     def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
                    final: bool = False) -> "service.Frames":
         """Frames as the server sends them. Those of a large motion come in parts, all of one result, and are put together;
-        quantised ones, whose parts would have boxes of their own, come whole."""
+        quantised ones, whose parts would have boxes of their own, are one answer, whose bytes come in parts."""
         if encoding == "quantised":
             return self._call_for_frames(self._frames_request(first, count, encoding, final)).frames
         return frame_parts.joined(self._frame_parts(first, count, encoding, final))

@@ -11,10 +11,11 @@ import {
 } from "../gen/limber/v1/service_pb";
 import { completed } from "../src/session/geometry";
 import { LiveSession } from "../src/session/live";
-import { type MotionPart, PART_BYTES, wholeMotion } from "../src/session/whole_motion";
+import { type MotionPart, wholeMotion } from "../src/session/whole_motion";
 import { floats, fromFloats, fromIntegers } from "../src/wire/arrays";
 import type { Connection } from "../src/wire/connection";
 import { LimberError } from "../src/wire/errors";
+import { PART_BYTES } from "../src/wire/reply_parts";
 import type { Streams } from "../src/wire/streams";
 
 Object.assign(globalThis, { window: globalThis });

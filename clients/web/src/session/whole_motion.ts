@@ -1,27 +1,8 @@
 // Motions too long for one message.
 import type { Frames, GetFramesResponse } from "../../gen/limber/v1/service_pb";
 import { LimberError } from "../wire/errors";
+import { PartSize } from "../wire/reply_parts";
 
-/**
- * Bytes of frames to ask for at once: answers to edits pass between two parts, so that one is to take some hundredths of a
- * second more than the shortest did. What remains of that is the way there and back.
- */
-export const PART_BYTES = { least: 64 << 10, most: 4 << 20 };
-const QUICK_MS = 10;
-const SLOW_MS = 30;
-
-class PartSize {
-  bytes = PART_BYTES.least;
-  private shortest = Number.POSITIVE_INFINITY;
-
-  /** How long a part of this size took from its request to its end. */
-  note(milliseconds: number): void {
-    this.shortest = Math.min(this.shortest, milliseconds);
-    const more = milliseconds - this.shortest;
-    if (more < QUICK_MS) this.bytes = Math.min(2 * this.bytes, PART_BYTES.most);
-    else if (more > SLOW_MS) this.bytes = Math.max(this.bytes / 2, PART_BYTES.least);
-  }
-}
 /** How often newer results may displace the one whose parts are fetched. */
 const TRIES = 3;
 

@@ -1,6 +1,7 @@
 import { create, fromBinary, type MessageInitShape, toBinary } from "@bufbuild/protobuf";
 import { type Reply, ReplySchema, type Request, RequestSchema } from "../../gen/limber/v1/service_pb";
 import { LimberError } from "./errors";
+import { isGone, mayBeLong, PART_BYTES, wholeReply } from "./reply_parts";
 import { Socket, type SocketState } from "./socket";
 
 type Body = Exclude<Request["body"], { case: undefined }>;
@@ -22,9 +23,18 @@ interface Pending {
 
 const VERSION = 1;
 const TIMEOUT_MS = 15_000;
+/** How often a long answer is asked for whose parts went with a connection. */
+const TRIES = 3;
 
 function randomText(): string {
   return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/** Throws what the server refused. */
+function answerOf<K extends Kind>(kind: K, { body }: Reply): Response<K> {
+  if (body.case === "error") throw LimberError.from(body.value);
+  if (body.case !== kind) throw new LimberError("MALFORMED", `the answer to ${kind} is ${body.case}`);
+  return body.value as Response<K>;
 }
 
 /**
@@ -56,15 +66,33 @@ export class Connection {
     });
   }
 
-  /** Sends one request; rejects with LimberError. timeout [ms]: for all of it, a lost connection included. */
+  /**
+   * Sends one request; rejects with LimberError. timeout [ms]: for all of it, a lost connection included, but for the
+   * parts of a long answer, each of which has as much.
+   */
   async call<K extends Kind>(kind: K, value: Init<K>, timeout = TIMEOUT_MS): Promise<Response<K>> {
+    for (let attempt = 0; mayBeLong(kind) && attempt < TRIES; attempt++) {
+      const reply = await this.ask(kind, value, timeout, PART_BYTES.least);
+      if (reply.body.case !== "getReplyPart") return answerOf(kind, reply);
+      try {
+        const next = (part: Init<"getReplyPart">) => this.call("getReplyPart", part, timeout);
+        return answerOf(kind, fromBinary(ReplySchema, await wholeReply(reply.body.value, next)));
+      } catch (error) {
+        if (!isGone(error)) throw error;
+      }
+    }
+    return answerOf(kind, await this.ask(kind, value, timeout, 0));
+  }
+
+  private ask<K extends Kind>(kind: K, value: Init<K>, timeout: number, mostReplyBytes: number): Promise<Reply> {
     const id = this.nextId++;
     const body = { case: kind, value } as unknown as Body;
+    const { client, clientName } = this;
     const data = toBinary(
       RequestSchema,
-      create(RequestSchema, { version: VERSION, id, client: this.client, clientName: this.clientName, body }),
+      create(RequestSchema, { version: VERSION, id, client, clientName, mostReplyBytes: BigInt(mostReplyBytes), body }),
     );
-    const reply = await new Promise<Reply>((resolve, reject) => {
+    return new Promise<Reply>((resolve, reject) => {
       const timer = window.setTimeout(() => {
         this.pending.delete(id);
         const why = this.socket.isOpen ? "the server did not answer in time" : "there is no connection to the server";
@@ -72,9 +100,6 @@ export class Connection {
       }, timeout);
       this.pending.set(id, { data, isSent: this.socket.send(data), resolve, reject, timer });
     });
-    if (reply.body.case === "error") throw LimberError.from(reply.body.value);
-    if (reply.body.case !== kind) throw new LimberError("MALFORMED", `the answer to ${kind} is ${reply.body.case}`);
-    return reply.body.value as Response<K>;
   }
 
   retry(): void {

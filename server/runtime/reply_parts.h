@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "limber/v1/service.pb.h"
+#include "server/transport/unread_replies.h"
+
+namespace limber::server {
+
+namespace proto = limber::v1;
+
+/// Long replies that clients fetch in parts (parts.proto), each kept until the last part of it is
+/// made, its connection ends, or nobody has asked for it for a while. Any thread.
+class ReplyParts {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// One that nobody has asked for so long goes with the next sweep.
+  static constexpr std::chrono::seconds kPatience{60};
+
+  /// @param client      its routing id: nobody else gets a part
+  /// @param reply       serialised
+  /// @param unread      holds its bytes
+  /// @param most_bytes  of the first part, > 0
+  [[nodiscard]] proto::GetReplyPartResponse begin(const std::string& client, std::string reply,
+                                                  UnreadReplies::Hold unread,
+                                                  std::uint64_t most_bytes, Clock::time_point now);
+  /// @throws Error{kFailedPrecondition, "reply"}; Refusal INVALID_ARGUMENT
+  [[nodiscard]] proto::GetReplyPartResponse part(const std::string& client,
+                                                 const proto::GetReplyPartRequest& wanted,
+                                                 Clock::time_point now);
+  /// Those of a connection that has ended.
+  void drop(const std::string& client);
+  void sweep(Clock::time_point now);
+  [[nodiscard]] std::size_t size() const;
+
+ private:
+  struct Kept {
+    std::string client, bytes;
+    UnreadReplies::Hold unread;
+    Clock::time_point asked;  // with the lock
+  };
+  using SharedKept = std::shared_ptr<Kept>;
+
+  static proto::GetReplyPartResponse cut(std::uint64_t number, const std::string& bytes,
+                                         std::uint64_t offset, std::uint64_t most_bytes);
+  template <class Predicate>
+  void erase_if(Predicate predicate);
+
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, SharedKept> kept_;  // by number
+  std::uint64_t last_ = 0;                    // number
+};
+
+}  // namespace limber::server
