@@ -20,6 +20,9 @@ inline constexpr std::uint64_t kReplySeconds = 600;
 inline constexpr std::uint64_t kReplyBytesOfClient = 1 << 20;
 
 struct StoreOptions {
+  /// Of a file that is bounded: an empty one takes about half of that.
+  static constexpr std::uint64_t kLeastBytes = 64 << 10;
+
   std::filesystem::path folder;
   Durability durability = Durability::kPower;
   /// Of the file without its log, at most; changes beyond it are refused. 0: what the disk holds.
@@ -33,7 +36,7 @@ struct StoreOptions {
 
   [[nodiscard]] std::filesystem::path file() const { return folder / "sessions.sqlite"; }
   [[nodiscard]] std::filesystem::path reserve() const { return folder / "sessions.reserve"; }
-  /// @throws Error{kInvalidArgument} naming the member
+  /// @throws Error{kInvalidArgument} naming the option
   void validate() const;
 };
 

@@ -1,12 +1,8 @@
 #include "server/store/store.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -49,17 +45,6 @@ bool is_of_session(const Change& change) {
   return !std::holds_alternative<KeptReply>(change) && !std::holds_alternative<StartedRun>(change);
 }
 
-/// What is made here is its owner's alone; a folder that is there keeps its mode.
-std::error_code make_folder(const fs::path& folder) {
-  std::error_code fault;
-  if (fs::is_directory(folder, fault)) return {};
-  const fs::path whole = fs::absolute(folder / "", fault).parent_path();  // without / behind it
-  fs::create_directories(whole.parent_path(), fault);
-  if (fault) return fault;
-  if (::mkdir(whole.c_str(), 0700) != 0) return {errno, std::generic_category()};
-  return {};
-}
-
 /// Earlier servers wrote the bytes of a connection in place of a client's name, with which no edit
 /// can be read. @returns the edit without it; as it is, where it is damaged otherwise
 std::string without_client(const std::string& edit) {
@@ -84,20 +69,10 @@ void add_newest(SavedCheckpoint checkpoint, std::map<std::uint64_t, SavedCheckpo
   if (is_new || known->second.revision < checkpoint.revision) known->second = std::move(checkpoint);
 }
 
-/// SQLite gives its log the mode of its file, and makes that as the umask has it.
-void make_file(const fs::path& file) {
-  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (made >= 0) ::close(made);  // else SQLite says why
-}
-
 /// To which more room on the disk is no help.
 bool is_damage(const std::exception& fault) {
   return dynamic_cast<const DamagedFile*>(&fault) != nullptr;
 }
-
-}  // namespace
-
-namespace {
 
 /// What is read in one breath, whatever is written meanwhile.
 class Reading {
@@ -113,38 +88,8 @@ class Reading {
 
 }  // namespace
 
-/// The folder is this process's: two servers would write different sessions of one name.
-struct Store::Lock {
-  explicit Lock(const StoreOptions& options) {
-    const fs::path& folder = options.folder;
-    std::error_code fault = make_folder(folder);
-    if (fault)
-      throw Error(
-          ErrorCode::kIo, "folder",
-          fmt::format("the folder {} cannot be made: {}", folder.string(), fault.message()));
-    const fs::path file = folder / "lock";
-    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (descriptor < 0)
-      throw Error(ErrorCode::kIo, "folder",
-                  fmt::format("{} cannot be written: {}", file.string(), std::strerror(errno)));
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-      ::close(descriptor);
-      throw Error(ErrorCode::kFailedPrecondition, "folder",
-                  fmt::format("another server has the folder {}", folder.string()));
-    }
-    make_file(options.file());
-  }
-  ~Lock() { ::close(descriptor); }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-
-  int descriptor = -1;
-};
-
 Store::Store(StoreOptions options)
-    : options_(validated(std::move(options))),
-      lock_(std::make_unique<Lock>(options_)),
-      reserve_(options_.reserve()) {
+    : options_(validated(std::move(options))), lock_(options_), reserve_(options_.reserve()) {
   open_writer();
   reader_.emplace(options_.file(), Database::Access::kRead);
   reserve_.restore();

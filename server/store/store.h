@@ -16,6 +16,7 @@
 
 #include "limber/v1/stored.pb.h"
 #include "server/store/changes.h"
+#include "server/store/folder_lock.h"
 #include "server/store/options.h"
 #include "server/store/reserve.h"
 #include "server/store/sqlite.h"
@@ -38,7 +39,7 @@ class Store {
   using Done = std::function<void(const std::exception_ptr& fault)>;
 
   /// Opens or makes the file, and begins to write. One server at a time has a folder.
-  /// @throws Error{kIo} naming the folder or file; {kFailedPrecondition, "folder"} where another
+  /// @throws Error{kIo} naming the folder or file; {kFailedPrecondition, "--data"} where another
   /// server has it or its file is of a newer form
   explicit Store(StoreOptions options);
   ~Store();  // as end()
@@ -112,8 +113,7 @@ class Store {
   void note_fault(const std::string& fault);
 
   const StoreOptions options_;
-  struct Lock;
-  const std::unique_ptr<Lock> lock_;  // of the folder
+  const FolderLock lock_;
   Reserve reserve_;
   std::unique_ptr<Writer> writer_;
   std::mutex reading_;

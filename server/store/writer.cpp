@@ -104,7 +104,7 @@ Writer::Writer(const StoreOptions& options)
   if (!form.step()) {
     database_.run(fmt::format("INSERT INTO form VALUES({})", kFirstForm).c_str());
   } else if (form.number(0) < kFirstForm || form.number(0) > kForm) {
-    throw Error(ErrorCode::kFailedPrecondition, "folder",
+    throw Error(ErrorCode::kFailedPrecondition, "--data",
                 fmt::format("{} is of form {}; this server reads forms {} to {}",
                             database_.file().string(), form.number(0), kFirstForm, kForm));
   }

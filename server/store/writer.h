@@ -20,7 +20,7 @@ namespace limber::server::store {
 class Writer {
  public:
   /// Makes the tables where there are none; else nothing is written.
-  /// @throws Error{kIo}; {kFailedPrecondition, "folder"} for a file of a newer form
+  /// @throws Error{kIo}; {kFailedPrecondition, "--data"} for a file of a newer form
   explicit Writer(const StoreOptions& options);
 
   void begin();

@@ -86,6 +86,9 @@ void TransportOptions::validate() const {
               endpoint));
     }
   }
+  // Where the system chooses the port, addresses that read the same are two.
+  if (bind == stream && for_bind(bind).find(":*") == std::string::npos)
+    throw invalid("--stream", fmt::format("{} is the address of --bind, too", stream));
   if (request_queue <= 0) throw invalid("request_queue", "must be > 0");
   if (reply_queue <= 0) throw invalid("reply_queue", "must be > 0");
   if (stream_queue <= 0) throw invalid("--stream-queue", "must be > 0");

@@ -27,6 +27,8 @@ bool is_origin(const std::string& text) {
 void Options::validate() const {
   if (address.find("://") != std::string::npos)
     throw invalid("--web", fmt::format("'{}' is not ADDRESS:PORT", address));
+  if (address.find(':') == std::string::npos)
+    throw invalid("--web", fmt::format("'{}' is not ADDRESS:PORT, as 127.0.0.1:8080 is", address));
   if (reach_of("tcp://" + address, "--web") == server::Reach::kBeyond &&
       beyond_loopback == Beyond::kRefused) {
     throw invalid("--web",

@@ -69,6 +69,9 @@ def test_what_is_printed_is_read_as_the_same(limberd, write, tmp_path):
 
 @pytest.mark.parametrize("text, words", [
     ("threds = 3\n", "limberd.toml:1: there is no option 'threds'"),
+    ('bind = "tcp://127.0.0.1:9999"\nstream = "tcp://127.0.0.1:9999"\n', "--stream: tcp://127.0.0.1:9999 is the address of --bind, too"),
+    ('data = "/tmp/data"\ndata-bytes = 10\n', "--data-bytes: 10 bytes hold no session"),
+    ("web = '19103'\n", "--web: '19103' is not ADDRESS:PORT, as 127.0.0.1:8080 is"),
     ("\n# x\nmax-jobs = 1\nmax-jobs = 2\n", "limberd.toml:4: 'max-jobs' comes twice"),
     ("[limits]\nmax-jobs = 1\n", "limberd.toml:1: there are no tables"),
     ("max-jobs 1\n", "limberd.toml:1: after 'max-jobs' comes ="),
@@ -107,6 +110,8 @@ def test_sound_options_are_said_to_be_so_and_nothing_is_started(limberd, write, 
     assert (process.returncode, process.stdout) == (0, "limberd: the options are sound\n")
     assert not (tmp_path / "data").exists()
     assert run(limberd, "--config", EXAMPLE, "--check-config").returncode == 0
+    # Ports that the system chooses are two.
+    assert run(limberd, "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0", "--check-config").returncode == 0
 
 
 def test_a_file_that_is_not_there_is_an_error(limberd, tmp_path):
