@@ -61,7 +61,8 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// One request, one response. @throws ClientError what the server says; Unreachable if it says
+  /// One request, one response; a long one comes in parts (parts.proto), of which each has the
+  /// time. @throws ClientError what the server says; Unreachable if it says
   /// nothing
   template <class RequestBody>
   typename Rpc<RequestBody>::Response call(const RequestBody& body,

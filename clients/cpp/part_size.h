@@ -6,7 +6,7 @@
 
 namespace limber::client {
 
-/// Bytes of frames to ask for at once. Answers to other requests of the connection pass between two
+/// Bytes of a long answer to ask for at once. Answers to other requests of the connection pass between two
 /// parts, so that one is to take some hundredths of a second more than the shortest did: what
 /// remains of that is the way there and back.
 class PartSize {

@@ -16,71 +16,82 @@ proto::GetReplyPartResponse ReplyParts::cut(std::uint64_t number, const std::str
   part.set_reply(number);
   part.set_total_bytes(bytes.size());
   part.set_offset(offset);
-  part.set_data(bytes.data() + offset,
-                static_cast<std::size_t>(std::min(most_bytes, bytes.size() - offset)));
+  const std::uint64_t count = std::min({most_bytes, kMostBytes, bytes.size() - offset});
+  part.set_data(bytes.data() + offset, static_cast<std::size_t>(count));
   return part;
 }
 
 proto::GetReplyPartResponse ReplyParts::begin(const std::string& client, std::string reply,
                                               UnreadReplies::Hold unread, std::uint64_t most_bytes,
                                               Clock::time_point now) {
-  const auto kept = std::make_shared<Kept>(Kept{client, std::move(reply), std::move(unread), now});
+  const auto begun = std::make_shared<Reply>(Reply{std::move(reply), std::move(unread), now});
+  SharedReply gone;  // freed without the lock
   std::uint64_t number = 0;
   {
     const std::lock_guard lock(mutex_);
+    Replies& own = by_client_[client];
+    if (own.size() == kMostOfClient) gone = std::move(own.extract(own.begin()).mapped());
     number = ++last_;
-    kept_.emplace(number, kept);
+    own.emplace(number, begun);
   }
-  return cut(number, kept->bytes, 0, most_bytes);
+  return cut(number, begun->bytes, 0, most_bytes);
 }
 
 proto::GetReplyPartResponse ReplyParts::part(const std::string& client,
-                                             const proto::GetReplyPartRequest& wanted,
+                                             const proto::GetReplyPartRequest& request,
                                              Clock::time_point now) {
-  if (wanted.most_bytes() == 0) throw invalid("most_bytes", "must be > 0");
-  SharedKept kept;  // freed without the lock
+  if (request.most_bytes() == 0) throw invalid("most_bytes", "must be > 0");
+  SharedReply reply;  // freed without the lock
   {
     const std::lock_guard lock(mutex_);
-    const auto found = kept_.find(wanted.reply());
-    if (found == kept_.end() || found->second->client != client)
+    const auto own = by_client_.find(client);
+    if (own != by_client_.end()) {
+      const auto found = own->second.find(request.reply());
+      if (found != own->second.end()) reply = found->second;
+    }
+    if (!reply)
       throw Error(ErrorCode::kFailedPrecondition, "reply",
-                  "there is no such reply any more of which parts could be fetched: ask anew");
-    kept = found->second;
-    const std::uint64_t total = kept->bytes.size();
-    if (wanted.offset() >= total)
+                  "the server keeps no such reply of this connection any more: ask anew");
+    const std::uint64_t total = reply->bytes.size();
+    if (request.offset() >= total)
       throw invalid("offset", fmt::format("{} is not below the {} bytes of the reply",
-                                          wanted.offset(), total));
-    kept->asked = now;
-    if (wanted.most_bytes() >= total - wanted.offset()) kept_.erase(found);
-  }
-  return cut(wanted.reply(), kept->bytes, wanted.offset(), wanted.most_bytes());
-}
-
-template <class Predicate>
-void ReplyParts::erase_if(Predicate predicate) {
-  std::vector<SharedKept> gone;  // freed without the lock
-  const std::lock_guard lock(mutex_);
-  for (auto one = kept_.begin(); one != kept_.end();) {
-    if (predicate(*one->second)) {
-      gone.push_back(std::move(one->second));
-      one = kept_.erase(one);
-    } else {
-      ++one;
+                                          request.offset(), total));
+    reply->used = now;
+    if (std::min(request.most_bytes(), kMostBytes) >= total - request.offset()) {
+      own->second.erase(request.reply());
+      if (own->second.empty()) by_client_.erase(own);
     }
   }
+  return cut(request.reply(), reply->bytes, request.offset(), request.most_bytes());
 }
 
 void ReplyParts::drop(const std::string& client) {
-  erase_if([&](const Kept& kept) { return kept.client == client; });
+  Replies gone;  // freed without the lock
+  const std::lock_guard lock(mutex_);
+  if (auto own = by_client_.extract(client)) gone = std::move(own.mapped());
 }
 
 void ReplyParts::sweep(Clock::time_point now) {
-  erase_if([&](const Kept& kept) { return now - kept.asked > kPatience; });
+  std::vector<SharedReply> gone;  // freed without the lock
+  const std::lock_guard lock(mutex_);
+  for (auto own = by_client_.begin(); own != by_client_.end();) {
+    for (auto one = own->second.begin(); one != own->second.end();) {
+      const auto next = std::next(one);
+      if (now - one->second->used > kPatience)
+        gone.push_back(std::move(own->second.extract(one).mapped()));
+      one = next;
+    }
+    const auto next = std::next(own);
+    if (own->second.empty()) by_client_.erase(own);
+    own = next;
+  }
 }
 
 std::size_t ReplyParts::size() const {
   const std::lock_guard lock(mutex_);
-  return kept_.size();
+  std::size_t count = 0;
+  for (const auto& [client, replies] : by_client_) count += replies.size();
+  return count;
 }
 
 }  // namespace limber::server

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <unordered_map>
 
 #include "limber/v1/service.pb.h"
 #include "server/transport/unread_replies.h"
@@ -14,13 +15,17 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// Long replies that clients fetch in parts (parts.proto), each kept until the last part of it is
+/// Long replies that clients fetch in parts (parts.proto), each kept until the part with its end is
 /// made, its connection ends, or nobody has asked for it for a while. Any thread.
 class ReplyParts {
  public:
   using Clock = std::chrono::steady_clock;
   /// One that nobody has asked for so long goes with the next sweep.
   static constexpr std::chrono::seconds kPatience{60};
+  /// Of a part [bytes]: it is made between two acknowledgements.
+  static constexpr std::uint64_t kMostBytes = 1 << 20;
+  /// Replies kept for one client; the one that was begun first goes for another.
+  static constexpr std::size_t kMostOfClient = 16;
 
   /// @param client      its routing id: nobody else gets a part
   /// @param reply       serialised
@@ -31,7 +36,7 @@ class ReplyParts {
                                                   std::uint64_t most_bytes, Clock::time_point now);
   /// @throws Error{kFailedPrecondition, "reply"}; Refusal INVALID_ARGUMENT
   [[nodiscard]] proto::GetReplyPartResponse part(const std::string& client,
-                                                 const proto::GetReplyPartRequest& wanted,
+                                                 const proto::GetReplyPartRequest& request,
                                                  Clock::time_point now);
   /// Those of a connection that has ended.
   void drop(const std::string& client);
@@ -39,21 +44,20 @@ class ReplyParts {
   [[nodiscard]] std::size_t size() const;
 
  private:
-  struct Kept {
-    std::string client, bytes;
+  struct Reply {
+    std::string bytes;
     UnreadReplies::Hold unread;
-    Clock::time_point asked;  // with the lock
+    Clock::time_point used;  // with the lock
   };
-  using SharedKept = std::shared_ptr<Kept>;
+  using SharedReply = std::shared_ptr<Reply>;
+  using Replies = std::map<std::uint64_t, SharedReply>;  // by number
 
   static proto::GetReplyPartResponse cut(std::uint64_t number, const std::string& bytes,
                                          std::uint64_t offset, std::uint64_t most_bytes);
-  template <class Predicate>
-  void erase_if(Predicate predicate);
 
   mutable std::mutex mutex_;
-  std::map<std::uint64_t, SharedKept> kept_;  // by number
-  std::uint64_t last_ = 0;                    // number
+  std::unordered_map<std::string, Replies> by_client_;  // only those that have some
+  std::uint64_t last_ = 0;                              // number
 };
 
 }  // namespace limber::server

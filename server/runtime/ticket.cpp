@@ -50,7 +50,7 @@ bool Ticket::answer(proto::Reply reply, Keep keep) {
                                     : replies_->forget(key_);
   }
   if (repeated) repeated->answer_again(bytes);
-  if (parts_ != nullptr && replies_ == nullptr && bytes.size() > most_bytes_ && !reply.has_error())
+  if (parts_ != nullptr && bytes.size() > most_bytes_ && !reply.has_error())
     bytes = first_part(std::move(bytes));
   deliver(std::move(bytes));
   return true;
@@ -62,8 +62,8 @@ void Ticket::divide_reply(ReplyParts& parts, std::uint64_t most_bytes) {
 }
 
 std::string Ticket::first_part(std::string whole) {
-  auto unread = transport_.hold_unread(client_, whole.size());
-  if (!unread) return whole;  // which is refused then
+  auto unread = transport_.hold_kept(client_, whole.size());
+  if (!unread) return whole;
   proto::Reply reply;
   stamp(reply);
   *reply.mutable_get_reply_part() = parts_->begin(client_, std::move(whole), std::move(*unread),

@@ -38,8 +38,8 @@ class Ticket {
   /// From now on its end is reported to `replies`. Before it is shared.
   /// @param hash  of the request's bytes
   void keep_reply(StoredReplies& replies, RequestKey key, std::uint64_t hash);
-  /// A long reply goes in parts, the first of about so many bytes, unless it is kept for
-  /// repetitions. Before it is shared.
+  /// A long reply goes in parts where there is room to keep it, the first of so many bytes. Not of
+  /// a request that changes something. Before it is shared.
   void divide_reply(ReplyParts& parts, std::uint64_t most_bytes);
   /// Of a request whose client names itself: by what a repetition is recognised.
   [[nodiscard]] const RequestKey& request_key() const { return key_; }

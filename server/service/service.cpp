@@ -127,9 +127,6 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_requests,
                                                std::move(address), peek.id, hub_.run.instance);
   ticket->note_client_number(clients_.note(ticket->client()));
-  if (peek.most_reply_bytes != 0)
-    ticket->divide_reply(reply_parts_,
-                         std::min(peek.most_reply_bytes, hub_.options.transport.message_bytes));
   try {
     if (payload.size() > hub_.options.transport.message_bytes) {
       throw limit_exceeded("", "bytes of a request", hub_.options.transport.message_bytes,
@@ -141,7 +138,11 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
       throw restarted("", "");
     demand_role(ticket->role(), peek.body);
     if (hub_.stopping.load()) throw hub_.going_down();
-    if (verb_of(peek.body).effect == Effect::kLasting) ticket->note_lasting();
+    if (verb_of(peek.body).effect == Effect::kLasting) {
+      ticket->note_lasting();
+    } else if (peek.most_reply_bytes != 0 && peek.body != Request::kGetReplyPart) {
+      ticket->divide_reply(reply_parts_, peek.most_reply_bytes);
+    }
     if (came_before(ticket, original, peek, payload)) return;
     dispatch(ticket, peek.body, std::move(payload));
   } catch (const Refusal& refusal) {
@@ -300,7 +301,10 @@ void Service::subscribed(const std::string& prefix, Has has) {
   hub_.jobs.publish_running();
 }
 
-void Service::gone(const std::string& client) { drop_waiting(client); }
+void Service::gone(const std::string& client) {
+  drop_waiting(client);
+  reply_parts_.drop(client);
+}
 
 void Service::drop_waiting(const std::string& client) {
   for (auto& request : heavy_.take(client)) {

@@ -167,7 +167,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kFollow:
       return {kLight, kNone, &S::follow};
     case Request::kGetReplyPart:
-      return {kHeavy, kNone, &S::reply_later<&Request::get_reply_part, &S::get_reply_part>};
+      return {kLight, kNone, &S::reply_later<&Request::get_reply_part, &S::get_reply_part>};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

@@ -86,8 +86,8 @@ void TransportOptions::validate() const {
               endpoint));
     }
   }
-  // Where the system chooses the port, addresses that read the same are two.
-  if (bind == stream && for_bind(bind).find(":*") == std::string::npos)
+  // Where the system chooses the port or path, addresses that read the same are two.
+  if (for_bind(bind) == for_bind(stream) && !for_bind(bind).ends_with('*'))
     throw invalid("--stream", fmt::format("{} is the address of --bind, too", stream));
   if (request_queue <= 0) throw invalid("request_queue", "must be > 0");
   if (reply_queue <= 0) throw invalid("reply_queue", "must be > 0");
@@ -185,12 +185,6 @@ void Transport::send(Address address, std::string bytes) {
     return;
   }
   enqueue(Outgoing{std::move(address), std::move(bytes), std::move(*unread)});
-}
-
-std::optional<UnreadReplies::Hold> Transport::hold_unread(const std::string& client,
-                                                          std::uint64_t bytes) {
-  UnreadReplies::Excess excess;
-  return unread_.admit(client, bytes, excess);
 }
 
 void Transport::allow(AllowedKeys keys) { enqueue(NewKeys{std::move(keys)}); }

@@ -88,9 +88,12 @@ class Transport {
 
   // Any thread:
   void send(Address address, std::string bytes);
-  /// Bytes that are kept for a client to fetch count as unread by it; nothing: it has no room.
-  [[nodiscard]] std::optional<UnreadReplies::Hold> hold_unread(const std::string& client,
-                                                               std::uint64_t bytes);
+  /// Bytes of a reply that is kept for a client to fetch count as unread by it; nothing: there is
+  /// no room.
+  [[nodiscard]] std::optional<UnreadReplies::Hold> hold_kept(const std::string& client,
+                                                             std::uint64_t bytes) {
+    return unread_.admit_kept(client, bytes);
+  }
   /// @param messages  serialised StreamMessages without `sequence`, which is appended here, in the
   /// order of calls
   void publish(const std::string& topic, std::vector<StreamBytes> messages,

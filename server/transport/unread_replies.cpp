@@ -18,6 +18,22 @@ std::optional<UnreadReplies::Hold> UnreadReplies::admit(const std::string& clien
     excess = {Excess::Of::kAll, limits_.total_bytes, total_.replies + cost};
     return std::nullopt;
   }
+  return hold(client, cost);
+}
+
+std::optional<UnreadReplies::Hold> UnreadReplies::admit_kept(const std::string& client,
+                                                             std::uint64_t bytes) {
+  const std::uint64_t cost = bytes + kMessageBytes;
+  const std::lock_guard lock(mutex_);
+  const auto found = by_client_.find(client);
+  const std::uint64_t own = found == by_client_.end() ? 0 : found->second.replies;
+  if (own + cost > limits_.client_bytes / 2 ||
+      own + cost > (limits_.total_bytes - total_.replies) / 4)
+    return std::nullopt;
+  return hold(client, cost);
+}
+
+UnreadReplies::Hold UnreadReplies::hold(const std::string& client, std::uint64_t cost) {
   by_client_[client].replies += cost;
   total_.replies += cost;
   return Hold(*this, client, Kind::kReply, cost);

@@ -64,6 +64,9 @@ class UnreadReplies {
   /// @param excess  why, where nothing is returned
   [[nodiscard]] std::optional<Hold> admit(const std::string& client, std::uint64_t bytes,
                                           Excess& excess);
+  /// Of a reply that is kept for a client to fetch: at most half of what it may leave unread, and a
+  /// quarter of what is free of the total, so that what is sent meanwhile has room.
+  [[nodiscard]] std::optional<Hold> admit_kept(const std::string& client, std::uint64_t bytes);
   [[nodiscard]] std::optional<Hold> admit_error(const std::string& client, std::uint64_t bytes);
   [[nodiscard]] std::uint64_t total() const;
   /// What one client leaves unread [bytes].
@@ -78,6 +81,8 @@ class UnreadReplies {
   struct Unread {
     std::uint64_t replies = 0, errors = 0;
   };
+  /// With the lock.
+  [[nodiscard]] Hold hold(const std::string& client, std::uint64_t cost);
   void release(const std::string& client, Kind kind, std::uint64_t bytes);
 
   const Limits limits_;

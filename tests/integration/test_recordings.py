@@ -7,6 +7,7 @@ from pathlib import Path
 import limber
 import pytest
 from conftest import small_scene, tip_of
+from limber import reply_parts
 from limber.recorder import Recorder
 from limber.recording import REPLY, REQUEST, Reader, Writer
 from limber.replaying import replay
@@ -67,6 +68,18 @@ def test_differences_are_told(launch, tmp_path, change, words):
     changed(RECORDINGS / "0.1.0" / "beams.limberrec", tmp_path / "changed.limberrec", change)
     outcome = replay(tmp_path / "changed.limberrec", launch().connection.endpoint)
     assert outcome.differences and words in outcome.differences[0]
+
+
+def test_long_replies_are_recorded_whole(server, tmp_path):
+    path = tmp_path / "a.limberrec"
+    with Recorder(server.connection.endpoint, path) as recorder, limber.connect(recorder.endpoint) as client:
+        session = client.open(small_scene(frames=3000), session="long", progress=False)
+        session.wait()
+        assert len(session.raw_frames(encoding="quantised").data.data) > 4 * reply_parts.PartSize.LEAST
+    requests = [service.Request.FromString(message.data) for message in Reader(path) if message.direction == REQUEST]
+    kinds = [request.WhichOneof("body") for request in requests]
+    assert "get_frames" in kinds and "get_reply_part" not in kinds
+    assert not any(request.most_reply_bytes for request in requests)
 
 
 def test_what_is_recorded_is_what_was_said(server, tmp_path):

@@ -184,7 +184,8 @@ class Connection:
     def call(self, kind: str, message, timeout: float | None = None):
         """Sends one request and returns its response message; raises LimberError.
 
-        kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection.
+        kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection: of each
+        part of an answer that is long (reply_parts.py).
         What names a session is refused by another run of limberd than `instance`: ServerRestarted is raised.
         """
         timeout = self.timeout if timeout is None else timeout

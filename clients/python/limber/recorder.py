@@ -13,10 +13,22 @@ from .messages import service
 from .recording import REPLY, REQUEST, Writer
 
 
+def _for_whole_reply(data: bytes) -> bytes:
+    """A request whose reply comes in one: parts of another server's replies would have other numbers and ends."""
+    try:
+        request = service.Request.FromString(data)
+    except DecodeError:
+        return data  # recorded as it came
+    if not request.most_reply_bytes:
+        return data
+    request.ClearField("most_reply_bytes")
+    return request.SerializeToString()
+
+
 class Recorder:
     """An endpoint for clients that passes their requests on to a server, and the replies back, and records both.
 
-    What is published (frames, status) is not recorded: connections that follow streams are passed on, and subscribers read from
+    Long replies come whole, also to clients that ask for them in parts. What is published (frames, status) is not recorded: connections that follow streams are passed on, and subscribers read from
     the server itself. It takes no CURVE keys. To the server, a client stays connected until the recorder is closed.
     """
 
@@ -61,6 +73,7 @@ class Recorder:
             for socket, _ in poller.poll(100):
                 if socket is self._clients:
                     client, *parts = socket.recv_multipart()
+                    parts[-1] = _for_whole_reply(parts[-1])
                     if client not in self._connections:
                         server = self._connect()
                         poller.register(server, zmq.POLLIN)

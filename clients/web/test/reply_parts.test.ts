@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
 import { type GetReplyPartResponse, GetReplyPartResponseSchema } from "../gen/limber/v1/parts_pb";
 import { LimberError } from "../src/wire/errors";
-import { isGone, type NextPart, PART_BYTES, wholeReply } from "../src/wire/reply_parts";
+import { isGone, isOfOlderServer, type NextPart, PART_BYTES, wholeReply } from "../src/wire/reply_parts";
 
 const WHOLE = Uint8Array.from({ length: 1 << 20 }, (_, i) => i % 251);
 
@@ -51,4 +51,6 @@ test("what the server keeps no more is told apart", async () => {
   });
   await assert.rejects(refused, isGone);
   assert.equal(isGone(new LimberError("FAILED_PRECONDITION", "not yet", "session")), false);
+  assert.ok(isOfOlderServer(new LimberError("INVALID_ARGUMENT", "unknown field number 6 in Request; it is of ...")));
+  assert.equal(isOfOlderServer(new LimberError("INVALID_ARGUMENT", "unknown field number 60 in Request")), false);
 });

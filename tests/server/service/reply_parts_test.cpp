@@ -27,8 +27,8 @@ struct KeptReplyParts : ::testing::Test {
     wanted.set_most_bytes(most_bytes);
     return parts.part(client, wanted, now);
   }
-  const std::string reply = "0123456789";
-  UnreadReplies unread{{1000, 2000}};
+  std::string reply = "0123456789";
+  UnreadReplies unread{{1 << 30, 1u << 31}};
   ReplyParts parts;
   ReplyParts::Clock::time_point now{};
 };
@@ -63,6 +63,26 @@ TEST_F(KeptReplyParts, AreRefusedBeyondTheEndAndWithoutBytes) {
     EXPECT_THROW((void)part("a", first.reply(), offset, 4), Refusal);
   EXPECT_THROW((void)part("a", first.reply(), 4, 0), Refusal);
   EXPECT_EQ(part("a", first.reply(), 4, ~std::uint64_t{0}).data(), "456789");
+}
+
+TEST_F(KeptReplyParts, AreSixteenOfAConnectionTheNewestOnes) {
+  const auto first = begin("a", 4), other = begin("b", 4);
+  for (std::size_t i = 1; i < ReplyParts::kMostOfClient; ++i) (void)begin("a", 4);
+  EXPECT_EQ(part("a", first.reply(), 4, 4).data(), "4567");
+  const auto last = begin("a", 4);
+  EXPECT_THROW((void)part("a", first.reply(), 4, 4), Error);
+  EXPECT_EQ(part("a", last.reply(), 4, 4).data(), "4567");
+  EXPECT_EQ(part("b", other.reply(), 4, 4).data(), "4567");
+  EXPECT_EQ(parts.size(), ReplyParts::kMostOfClient + 1);
+}
+
+TEST_F(KeptReplyParts, HaveAMebibyteAtMost) {
+  reply.assign(ReplyParts::kMostBytes + 10, 'x');
+  const auto first = begin("a", ~std::uint64_t{0});
+  EXPECT_EQ(first.data().size(), ReplyParts::kMostBytes);
+  EXPECT_EQ(part("a", first.reply(), 0, ~std::uint64_t{0}).data().size(), ReplyParts::kMostBytes);
+  EXPECT_EQ(part("a", first.reply(), ReplyParts::kMostBytes, 100).data().size(), 10u);
+  EXPECT_EQ(parts.size(), 0u);
 }
 
 TEST_F(KeptReplyParts, GoWhereNobodyAsksForAMinute) {
@@ -138,10 +158,25 @@ TEST_F(ServerReplyParts, AreForTheConnectionThatAskedAndGoWithIt) {
   EXPECT_LT(unread(), 1000u);
 }
 
+TEST_F(ServerReplyParts, ComeWholeWhereThereIsNoRoomToKeepThem) {
+  ServerOptions options = test_options();
+  options.transport.unread_bytes = 3000;
+  RunningServer narrow(options);
+  Client reader(narrow->request_endpoint());
+  open_and_solve(reader, "s");
+  ASSERT_GT(client.call(geometry(0)).ByteSizeLong(), 1500u);
+  EXPECT_TRUE(reader.call(geometry(100)).has_get_geometry());
+  EXPECT_TRUE(reader.call(move_request("s", 1, 0, 0.1, 0)).has_edit());
+}
+
 TEST_F(ServerReplyParts, AreNotOfRepliesThatAreKeptForRepetitionsNorOfErrors) {
   auto edit = move_request("s", 1, 0, 0.1, 0);
   edit.set_most_reply_bytes(1);
   EXPECT_TRUE(client.call(edit).has_edit());
+  const auto first = client.call(geometry(100)).get_reply_part();
+  auto next = part(first.reply(), 100, 200);
+  next.set_most_reply_bytes(1);
+  EXPECT_EQ(client.call(next).get_reply_part().data().size(), 200u);
   auto unknown = geometry(1);
   unknown.mutable_get_geometry()->set_session("nobody");
   EXPECT_TRUE(client.call(unknown).has_error());

@@ -35,6 +35,26 @@ TEST_F(UnreadRepliesOf, OneClient) {
   EXPECT_TRUE(takes("a", 1000));
 }
 
+TEST_F(UnreadRepliesOf, WhatIsKeptLeavesRoomForWhatIsSent) {
+  replies.emplace(UnreadReplies::Limits{10'000, 40'000});
+  const auto keeps = [this](const std::string& client, std::uint64_t bytes) {
+    auto hold = replies->admit_kept(client, bytes - kMessage);
+    if (!hold) return false;
+    held.push_back(std::move(*hold));
+    return true;
+  };
+  EXPECT_FALSE(keeps("a", 5'001));  // half of its own, though it has none
+  EXPECT_TRUE(keeps("a", 5'000));
+  EXPECT_FALSE(keeps("a", 1'000));
+  EXPECT_TRUE(takes("a", 5'000));
+  EXPECT_TRUE(keeps("b", 5'000));
+  EXPECT_TRUE(takes("c", 10'000));
+  EXPECT_FALSE(keeps("d", 4'000));  // 15,000 are free
+  EXPECT_TRUE(keeps("d", 3'000));
+  held.clear();
+  EXPECT_EQ(replies->total(), 0u);
+}
+
 TEST_F(UnreadRepliesOf, AllNeverPassTheTotalAndTheNextOneHasRoom) {
   replies.emplace(UnreadReplies::Limits{1'000'000, 1'000'000});
   std::uint64_t most = 0;

@@ -1,7 +1,7 @@
 import { create, fromBinary, type MessageInitShape, toBinary } from "@bufbuild/protobuf";
 import { type Reply, ReplySchema, type Request, RequestSchema } from "../../gen/limber/v1/service_pb";
 import { LimberError } from "./errors";
-import { isGone, mayBeLong, PART_BYTES, wholeReply } from "./reply_parts";
+import { isGone, isOfOlderServer, mayBeLong, PART_BYTES, wholeReply } from "./reply_parts";
 import { Socket, type SocketState } from "./socket";
 
 type Body = Exclude<Request["body"], { case: undefined }>;
@@ -46,6 +46,8 @@ export class Connection {
   instance = "";
   /** What others in a session see this page as; empty: the server finds a name. */
   clientName = "";
+  /** The run of an older limberd, whose answers do not come in parts. */
+  private withoutParts = "";
   private nextId = 1n;
   private readonly client = randomText();
   private readonly pending = new Map<bigint, Pending>();
@@ -72,13 +74,15 @@ export class Connection {
    */
   async call<K extends Kind>(kind: K, value: Init<K>, timeout = TIMEOUT_MS): Promise<Response<K>> {
     for (let attempt = 0; mayBeLong(kind) && attempt < TRIES; attempt++) {
-      const reply = await this.ask(kind, value, timeout, PART_BYTES.least);
-      if (reply.body.case !== "getReplyPart") return answerOf(kind, reply);
+      if (this.withoutParts !== "" && this.withoutParts === this.instance) break;
       try {
+        const reply = await this.ask(kind, value, timeout, PART_BYTES.least);
+        if (reply.body.case !== "getReplyPart") return answerOf(kind, reply);
         const next = (part: Init<"getReplyPart">) => this.call("getReplyPart", part, timeout);
         return answerOf(kind, fromBinary(ReplySchema, await wholeReply(reply.body.value, next)));
       } catch (error) {
-        if (!isGone(error)) throw error;
+        if (isOfOlderServer(error)) this.withoutParts = this.instance;
+        else if (!isGone(error)) throw error;
       }
     }
     return answerOf(kind, await this.ask(kind, value, timeout, 0));

@@ -1,5 +1,6 @@
 // Long answers in parts (parts.proto): answers to edits pass between two.
 import type { GetReplyPartResponse } from "../../gen/limber/v1/parts_pb";
+import { RequestSchema } from "../../gen/limber/v1/service_pb";
 import { LimberError } from "./errors";
 
 /** Bytes to ask for at once. */
@@ -40,6 +41,12 @@ export function mayBeLong(kind: string): boolean {
 /** The server keeps no more of the answer whose parts were fetched: it is to be asked for anew. */
 export function isGone(error: unknown): boolean {
   return error instanceof LimberError && error.code === "FAILED_PRECONDITION" && error.field === "reply";
+}
+
+/** It refuses what it does not know of a request: that its answer can come in parts. */
+export function isOfOlderServer(error: unknown): boolean {
+  const words = `unknown field number ${RequestSchema.field.mostReplyBytes.number} `;
+  return error instanceof LimberError && error.code === "INVALID_ARGUMENT" && error.message.includes(words);
 }
 
 /** What is asked for next of a long answer. */
