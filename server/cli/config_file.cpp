@@ -194,6 +194,8 @@ std::string value_of(const CLI::Option& option) {
   const auto results = option.count() > 0 ? option.results() : std::vector<std::string>{};
   for (const std::string& text : results) values.push_back(as_value(option, text));
   if (option.get_items_expected_max() > 1) return fmt::format("[{}]", fmt::join(values, ", "));
+  if (is_flag && !results.empty() && results.back().empty())
+    return "true";  // given without a value
   if (!values.empty()) return values.back();
   if (is_flag && option.get_default_str().empty()) return "false";
   return as_value(option, option.get_default_str());

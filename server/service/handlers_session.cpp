@@ -159,7 +159,7 @@ proto::SaveSessionResponse Service::save_session(const proto::SaveSessionRequest
   proto::StoredSession stored = kept_.load(request.session());
   stored.set_server_version(LIMBER_VERSION);
   proto::SaveSessionResponse response;
-  response.set_content(stored.SerializeAsString());
+  response.set_content(sealed(stored));
   return response;
 }
 
@@ -182,6 +182,7 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
         fmt::format("the session is of form {}, written by limberd {}; this server reads "
                     "forms up to {}: update it",
                     stored.version(), stored.server_version(), store::Store::kWithCheckpoint));
+  demand_unchanged(request.content(), stored);
   demand_countable(stored);
   const auto name =
       sessions_.reserve(request.session().empty() ? stored.session() : request.session());

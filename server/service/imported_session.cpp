@@ -21,6 +21,13 @@ void demand_countable(std::uint64_t number, const std::string& field) {
                                    number));
 }
 
+/// FNV-1a, 64 bits.
+std::uint64_t checksum_of(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return hash;
+}
+
 /// Ids of constraints, keyframes and targets, and what follows from them.
 bool is_of_ids(const FieldDescriptor& field) {
   static const std::set<std::string> kNames{
@@ -75,6 +82,24 @@ void demand_countable(const proto::StoredSession& stored) {
     if (number != ++revision)
       throw invalid(edit + ".revision", fmt::format("{}, where {} follows", number, revision));
   }
+}
+
+std::string sealed(const proto::StoredSession& stored) {
+  proto::StoredSession end;
+  std::string bytes = stored.SerializeAsString();
+  end.set_checksum(checksum_of(bytes));
+  return bytes + end.SerializeAsString();  // fields of a message may come in any order
+}
+
+void demand_unchanged(std::string_view content, const proto::StoredSession& stored) {
+  if (!stored.has_checksum()) return;
+  proto::StoredSession end;
+  end.set_checksum(stored.checksum());
+  const std::string last = end.SerializeAsString();
+  if (content.ends_with(last) &&
+      checksum_of(content.substr(0, content.size() - last.size())) == stored.checksum())
+    return;
+  throw invalid("content", "the session was changed since it was exported: its checksum is wrong");
 }
 
 }  // namespace limber::server

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <string_view>
 
 #include "limber/v1/stored.pb.h"
 #include "server/service/chosen_ids.h"
@@ -16,5 +18,11 @@ inline constexpr std::uint64_t kMostImportedNumber = kLargestChosenId + 1;
 /// with is checked where they begin (demand_reachable).
 /// @throws Refusal INVALID_ARGUMENT naming the field, e.g. content.checkpoint.body.last_number
 void demand_countable(const proto::StoredSession& stored);
+
+/// The bytes of an exported session, with their checksum as the last field.
+[[nodiscard]] std::string sealed(const proto::StoredSession& stored);
+/// Files of earlier servers have no checksum.
+/// @throws Refusal INVALID_ARGUMENT where the bytes are not those that were sealed
+void demand_unchanged(std::string_view content, const proto::StoredSession& stored);
 
 }  // namespace limber::server

@@ -42,6 +42,8 @@ SceneContext context_of_stored(SceneContext context, const proto::StoredSession&
 }
 
 Error not_brought_back(const SessionKey& key, const std::exception& why) {
+  log::warn(log::Fields{{"session", key.name}}, "session {} could not be brought back: {}",
+            key.name, why.what());
   return {ErrorCode::kIo, "session",
           fmt::format("session '{}' is stored and could not be brought back: {}", key.name,
                       why.what())};

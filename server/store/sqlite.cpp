@@ -14,7 +14,8 @@ namespace {
   const char* const text = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
   const std::string message = fmt::format("the store {}: {}", file, text);
   const int kind = code & 0xff;  // of an extended code
-  if (kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB) throw DamagedFile(message);
+  if (kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB)
+    throw DamagedFile(message + "; `sqlite3 FILE .recover` gets at what is left of a damaged file");
   throw Error(ErrorCode::kIo, "", message);
 }
 

@@ -1,6 +1,7 @@
 #include "server/store/writer.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -68,6 +69,11 @@ class Sparing {
 
 Writer::Writer(const StoreOptions& options)
     : options_(options), database_(options.file(), Database::Access::kWrite) {
+  struct stat file {};
+  if (::stat(options.file().c_str(), &file) == 0) {
+    device_ = file.st_dev;
+    inode_ = file.st_ino;
+  }
   // Before the file has pages. Where it has, this would be a change, for which there may be no
   // room.
   const auto vacuums = [this] {
@@ -137,7 +143,21 @@ void Writer::prepare() {
   while (checkpoints.step()) superseded_[checkpoints.number(0)] = checkpoints.number(1);
 }
 
-void Writer::begin() { database_.run("BEGIN IMMEDIATE"); }
+void Writer::begin() {
+  demand_file();
+  database_.run("BEGIN IMMEDIATE");
+}
+
+/// What is written to a file that was removed or moved away is there for nobody.
+void Writer::demand_file() const {
+  struct stat file {};
+  const std::string path = database_.file().string();
+  if (::stat(path.c_str(), &file) == 0 && file.st_dev == device_ && file.st_ino == inode_) return;
+  throw Error(ErrorCode::kIo, "",
+              fmt::format("the store {} was removed or moved away: bring it back, or start limberd "
+                          "again",
+                          path));
+}
 void Writer::commit() {
   database_.run("COMMIT");
   for (const auto& [uid, revision] : begun_)

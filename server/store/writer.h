@@ -23,6 +23,7 @@ class Writer {
   /// @throws Error{kIo}; {kFailedPrecondition, "--data"} for a file of a newer form
   explicit Writer(const StoreOptions& options);
 
+  /// @throws Error{kIo}, also where the file is not in its folder any more
   void begin();
   void commit();
   void roll_back() noexcept {
@@ -54,6 +55,7 @@ class Writer {
 
  private:
   void prepare();
+  void demand_file() const;
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
   void take(const SavedCheckpoint& saved);
@@ -77,6 +79,8 @@ class Writer {
   };
   std::map<std::string, ClientReplies> replies_;
   Database database_;
+  /// Which file it is, of those that may have its name.
+  std::uint64_t device_ = 0, inode_ = 0;
   struct Statements {
     Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
         forget_session, forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;

@@ -62,6 +62,8 @@ def test_what_is_printed_is_read_as_the_same(limberd, write, tmp_path):
                    "--data", tmp_path / "data", "--data-bytes", "5 MB", "--retain", ".5", "--log-level", "DEBUG",
                    "--ready-file", tmp_path / "ready", "--web-token-file", tmp_path / "token")
     assert printed(limberd, "--config", write(text)) == text
+    text = printed(limberd, "--web")  # its address is the usual one
+    assert printed(limberd, "--config", write(text)) == text and run(limberd, "--config", write(text), "--check-config").returncode == 0
     # Every default, written out as a value, is itself.
     whole = "".join(line.lstrip("#") + "\n" for line in text.splitlines() if " = " in line and not line.startswith("# "))
     assert values(printed(limberd, "--config", write(whole))) == values(text)

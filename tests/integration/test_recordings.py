@@ -8,6 +8,7 @@ import limber
 import pytest
 from conftest import small_scene, tip_of
 from limber import reply_parts
+from limber.errors import LimberError
 from limber.recorder import Recorder
 from limber.recording import REPLY, REQUEST, Reader, Writer
 from limber.replaying import replay
@@ -68,6 +69,21 @@ def test_differences_are_told(launch, tmp_path, change, words):
     changed(RECORDINGS / "0.1.0" / "beams.limberrec", tmp_path / "changed.limberrec", change)
     outcome = replay(tmp_path / "changed.limberrec", launch().connection.endpoint)
     assert outcome.differences and words in outcome.differences[0]
+
+
+def test_a_replay_leaves_sessions_of_others_alone(server, tmp_path):
+    path = tmp_path / "a.limberrec"
+    with Recorder(server.connection.endpoint, path) as recorder, limber.connect(recorder.endpoint) as client:
+        session = client.open(small_scene(), session="a", progress=False)
+        session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
+        session.wait()
+        session.close()
+    with pytest.raises(LimberError, match="exists"):
+        Recorder(server.connection.endpoint, path)
+    server.open(small_scene(), session="a", progress=False)
+    outcome = replay(path, server.connection.endpoint)
+    assert outcome.differences == [] and outcome.replies > 3
+    assert [(one.session, one.revision) for one in server.sessions()] == [("a", 0)]
 
 
 def test_long_replies_are_recorded_whole(server, tmp_path):

@@ -292,6 +292,30 @@ def test_a_folder_that_cannot_be_written_is_named(limberd, tmp_path):
     assert ended.returncode == 1 and str(tmp_path / "file" / "data") in ended.stderr
 
 
+@pytest.mark.parametrize("what", ["folder", "file"])
+def test_a_store_that_is_taken_away_is_noticed(kept, server, folder, tmp_path, what):
+    session = server.open(small_scene(), session="bar", progress=False)
+    held = session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
+    session.wait()
+    settle(server)
+    taken = folder if what == "folder" else folder / "sessions.sqlite"
+    taken.rename(tmp_path / "elsewhere")
+    with pytest.raises(limber.LimberError, match="removed or moved away"):
+        held.move((0, 0.2, 0))
+    with pytest.raises(limber.LimberError, match="removed or moved away"):
+        server.open(small_scene(), session="other", progress=False)
+    assert "removed or moved away" in server.info().store.fault
+    (tmp_path / "elsewhere").rename(taken)
+    for _ in range(200):
+        if not server.info().store.fault:
+            break
+        time.sleep(0.05)
+    held.move((0, 0.3, 0))
+    kept.restart()
+    (constraint,) = server.session("bar").constraints()
+    assert constraint.target[1] == pytest.approx(0.3)
+
+
 def test_a_session_goes_into_a_file_and_comes_out_of_it(kept, server, launch, tmp_path):
     session = server.open(small_scene(), session="bar", progress=False)
     session.add(node=tip_of(session), frame=20, displacement=(0, 0.4, 0))
@@ -307,6 +331,11 @@ def test_a_session_goes_into_a_file_and_comes_out_of_it(kept, server, launch, tm
         elsewhere.restore_session(tmp_path / "noise.limber")
     with pytest.raises(limber.LimberError, match="exists"):
         elsewhere.restore_session(tmp_path / "bar.limber")
+    whole = (tmp_path / "bar.limber").read_bytes()
+    for at in range(0, len(whole), 7):  # each is refused, whatever the bit means
+        (tmp_path / "flipped.limber").write_bytes(whole[:at] + bytes([whole[at] ^ 1 << at % 8]) + whole[at + 1:])
+        with pytest.raises(limber.LimberError, match="no session that was exported|checksum|of form"):
+            elsewhere.restore_session(tmp_path / "flipped.limber", "flipped")
     copy = elsewhere.restore_session(tmp_path / "bar.limber", "copy")
     assert copy.wait().energy == pytest.approx(shown.energy, rel=1e-6)
 

@@ -80,6 +80,7 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     for kind in (bodies, linkages, beams):
         path = folder / f"{kind.__name__}.limberrec"
+        path.unlink(missing_ok=True)
         with limber.launch() as running:
             with Recorder(running.connection.endpoint, path, server_version=running.info().server_version) as recorder:
                 with limber.connect(recorder.endpoint) as server:

@@ -39,7 +39,7 @@ class Writer:
         self._packer = zlib.compressobj(9)
         self._began = self._flushed = time.monotonic()
         try:
-            self._file: BinaryIO = open(path, "wb")
+            self._file: BinaryIO = open(path, "xb")  # one that is there stays
         except OSError as error:
             raise LimberError("IO", f"cannot write {path}: {error.strerror}", "path") from error
         self._file.write(MAGIC + struct.pack("<I", VERSION))

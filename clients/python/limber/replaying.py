@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 import time
 from dataclasses import dataclass, field
@@ -33,7 +34,7 @@ def replay(path: "str | Path", endpoint: str, tolerance: float = TOLERANCE, time
     and fields of errors, what sessions are of, revisions and ids of edits, and of final results whether they converged and
     their energies.
 
-    The server should have no sessions of the recorded names. timeout [s] of a reply.
+    Sessions get names of this replay's own: those of others are left alone. timeout [s] of a reply.
     Raises LimberError for what is no recording, ServerUnreachable where the server does not answer at all.
     """
     reader = Reader(path)
@@ -58,6 +59,9 @@ def _values(message: Any) -> "Iterator[tuple[Any, Any, Any]]":
             yield message, descriptor, value
         else:
             yield from _values(value)
+
+
+_NAME = re.compile("[A-Za-z0-9._-]{1,64}")
 
 
 class _Player:
@@ -130,10 +134,16 @@ class _Player:
         for message, descriptor, value in _values(changed):
             if descriptor.name == "session" and isinstance(value, str):
                 name, at, uid = value.partition("@")
-                setattr(message, descriptor.name, self._sessions.get(name, name) + at + self._uids.get(uid, uid))
+                setattr(message, descriptor.name, self._name(name) + at + self._uids.get(uid, uid))
             elif descriptor.name == "job" and isinstance(value, int):
                 setattr(message, descriptor.name, self._jobs.get(value, value))
         return changed
+
+    def _name(self, recorded: str) -> str:
+        """Of a session: one of this replay's own, so that sessions of others are left alone. Names that are refused stay."""
+        if not _NAME.fullmatch(recorded) or recorded in (".", ".."):
+            return recorded
+        return self._sessions.get(recorded, f"{recorded[:55]}-{self._suffix}")
 
     def _learn(self, recorded: Any, replayed: Any) -> None:
         if recorded.instance:
