@@ -39,7 +39,7 @@ struct Program {
   Program() {
     app.set_config("--config", kFile);
     app.add_option("--bind", text)->capture_default_str();
-    app.add_option("--web-host", texts);
+    app.add_option("--web-host", texts)->allow_extra_args(false);  // as all that are repeatable
     app.add_option("--threads", count)->capture_default_str();
     app.add_option("--drain-seconds", number)->capture_default_str();
     app.add_flag("--no-cache", flag);
