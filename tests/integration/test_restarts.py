@@ -22,11 +22,10 @@ class Restartable:
     """A limberd at one address, again and again."""
 
     def __init__(self, limberd, folder, cache_dir, *arguments):
-        ports = []
-        for _ in range(2):
-            with socket.socket() as free:
+        with socket.socket() as one, socket.socket() as other:  # both at once: they are two
+            for free in (one, other):
                 free.bind(("127.0.0.1", 0))
-                ports.append(free.getsockname()[1])
+            ports = [free.getsockname()[1] for free in (one, other)]
         self.endpoint, stream = (f"tcp://127.0.0.1:{port}" for port in ports)
         self.ready = folder / "ready"
         self.command = [str(limberd), "--bind", self.endpoint, "--stream", stream, "--ready-file", str(self.ready),
