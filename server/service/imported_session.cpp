@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "engine/base/hash.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -21,11 +23,11 @@ void demand_countable(std::uint64_t number, const std::string& field) {
                                    number));
 }
 
-/// FNV-1a, 64 bits.
 std::uint64_t checksum_of(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return hash;
+  const auto digest = ContentHash().add(bytes).digest();
+  std::uint64_t first = 0;
+  std::memcpy(&first, digest.data(), sizeof first);
+  return first;
 }
 
 /// Ids of constraints, keyframes and targets, and what follows from them.
