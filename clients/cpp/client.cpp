@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "clients/cpp/part_size.h"
+#include "clients/cpp/reply_parts.h"
 #include "clients/cpp/skew.h"
 
 namespace limber::client {
@@ -54,40 +55,6 @@ bool needs_instance(const v1::Request& request) {
   if (field == nullptr) return false;
   const std::string session = body->GetReflection()->GetString(*body, field);
   return !session.empty() && session.find('@') == std::string::npos;
-}
-
-/// Whose answers are as large as a session's scene, basis or structure. Frames of a motion come in
-/// parts of their own, where they can be divided.
-bool may_have_long_answer(const v1::Request& request) {
-  using Request = v1::Request;
-  switch (request.body_case()) {
-    case Request::kGetFrames:
-      return request.get_frames().most_bytes() == 0;
-    case Request::kGetGeometry:
-    case Request::kGetMaterial:
-    case Request::kGetSession:
-    case Request::kSaveSession:
-    case Request::kGetDesign:
-    case Request::kGetBeamSolution:
-    case Request::kExplain:
-    case Request::kGetSample:
-      return true;
-    default:
-      return false;
-  }
-}
-
-/// An older server refuses what it does not know of a request: that its answer can come in parts.
-bool knows_no_parts(const ClientError& error) {
-  const std::string words =
-      "unknown field number " + std::to_string(v1::Request::kMostReplyBytesFieldNumber) + " ";
-  return error.code() == v1::ERROR_CODE_INVALID_ARGUMENT &&
-         std::string(error.what()).find(words) != std::string::npos;
-}
-
-/// The server keeps no more of the answer whose parts were fetched: it is to be asked for anew.
-bool is_gone(const ClientError& error) {
-  return error.code() == v1::ERROR_CODE_FAILED_PRECONDITION && error.field() == "reply";
 }
 
 }  // namespace

@@ -41,12 +41,13 @@ SceneContext context_of_stored(SceneContext context, const proto::StoredSession&
   return context;
 }
 
-Error not_brought_back(const SessionKey& key, const std::exception& why) {
+/// @throws Error{kIo, "session"}
+[[noreturn]] void fail_to_bring_back(const SessionKey& key, const std::exception& why) {
   log::warn(log::Fields{{"session", key.name}}, "session {} could not be brought back: {}",
             key.name, why.what());
-  return {ErrorCode::kIo, "session",
-          fmt::format("session '{}' is stored and could not be brought back: {}", key.name,
-                      why.what())};
+  throw Error(ErrorCode::kIo, "session",
+              fmt::format("session '{}' is stored and could not be brought back: {}", key.name,
+                          why.what()));
 }
 
 }  // namespace
@@ -182,9 +183,9 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
     (void)restore(parked.key, stored, context_of_stored(scenes_, stored), parked.people);
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_LIMIT_EXCEEDED) throw;
-    throw not_brought_back(parked.key, refusal);
+    fail_to_bring_back(parked.key, refusal);
   } catch (const Error& fault) {
-    throw not_brought_back(parked.key, fault);
+    fail_to_bring_back(parked.key, fault);
   }
   hub_.counters.brought_back.fetch_add(1, std::memory_order_relaxed);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;

@@ -5,9 +5,7 @@
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <set>
 #include <utility>
 #include <variant>

@@ -23,6 +23,13 @@ constexpr std::uint64_t kFewEdits = 128;
 /// A revision behind all others, and an integer of SQLite.
 constexpr std::uint64_t kLastRevision = std::numeric_limits<std::int64_t>::max();
 
+/// {} where it is not there: no file has inode 0.
+FileIdentity identity_of(const std::filesystem::path& path) {
+  struct stat file {};
+  if (::stat(path.c_str(), &file) != 0) return {};
+  return {file.st_dev, file.st_ino};
+}
+
 std::uint64_t now_s() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<std::uint64_t>(
@@ -68,12 +75,9 @@ class Sparing {
 }  // namespace
 
 Writer::Writer(const StoreOptions& options)
-    : options_(options), database_(options.file(), Database::Access::kWrite) {
-  struct stat file {};
-  if (::stat(options.file().c_str(), &file) == 0) {
-    device_ = file.st_dev;
-    inode_ = file.st_ino;
-  }
+    : options_(options),
+      database_(options.file(), Database::Access::kWrite),
+      identity_(identity_of(options.file())) {
   // Before the file has pages. Where it has, this would be a change, for which there may be no
   // room.
   const auto vacuums = [this] {
@@ -150,14 +154,14 @@ void Writer::begin() {
 
 /// What is written to a file that was removed or moved away is there for nobody.
 void Writer::demand_file() const {
-  struct stat file {};
-  const std::string path = database_.file().string();
-  if (::stat(path.c_str(), &file) == 0 && file.st_dev == device_ && file.st_ino == inode_) return;
+  const FileIdentity found = identity_of(database_.file());
+  if (found == identity_ && found != FileIdentity{}) return;
   throw Error(ErrorCode::kIo, "",
               fmt::format("the store {} was removed or moved away: bring it back, or start limberd "
                           "again",
-                          path));
+                          database_.file().string()));
 }
+
 void Writer::commit() {
   database_.run("COMMIT");
   for (const auto& [uid, revision] : begun_)

@@ -16,6 +16,9 @@
 
 namespace limber::server::store {
 
+/// Device and inode: which file it is, of those that have had its name.
+using FileIdentity = std::pair<std::uint64_t, std::uint64_t>;
+
 /// The writing end of a store's file: its tables, and what changes do to them. One thread.
 class Writer {
  public:
@@ -79,8 +82,7 @@ class Writer {
   };
   std::map<std::string, ClientReplies> replies_;
   Database database_;
-  /// Which file it is, of those that may have its name.
-  std::uint64_t device_ = 0, inode_ = 0;
+  const FileIdentity identity_;  // of its file, as it was opened
   struct Statements {
     Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
         forget_session, forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;

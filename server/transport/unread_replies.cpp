@@ -8,8 +8,7 @@ std::optional<UnreadReplies::Hold> UnreadReplies::admit(const std::string& clien
                                                         std::uint64_t bytes, Excess& excess) {
   const std::uint64_t cost = bytes + kMessageBytes;
   const std::lock_guard lock(mutex_);
-  const auto found = by_client_.find(client);
-  const std::uint64_t own = found == by_client_.end() ? 0 : found->second.replies;
+  const std::uint64_t own = replies_of(client);
   if (own > 0 && own + cost > limits_.client_bytes) {
     excess = {Excess::Of::kClient, limits_.client_bytes, own + cost};
     return std::nullopt;
@@ -25,12 +24,16 @@ std::optional<UnreadReplies::Hold> UnreadReplies::admit_kept(const std::string& 
                                                              std::uint64_t bytes) {
   const std::uint64_t cost = bytes + kMessageBytes;
   const std::lock_guard lock(mutex_);
-  const auto found = by_client_.find(client);
-  const std::uint64_t own = found == by_client_.end() ? 0 : found->second.replies;
+  const std::uint64_t own = replies_of(client);
   if (own + cost > limits_.client_bytes / 2 ||
       own + cost > (limits_.total_bytes - total_.replies) / 4)
     return std::nullopt;
   return hold(client, cost);
+}
+
+std::uint64_t UnreadReplies::replies_of(const std::string& client) const {
+  const auto found = by_client_.find(client);
+  return found == by_client_.end() ? 0 : found->second.replies;
 }
 
 UnreadReplies::Hold UnreadReplies::hold(const std::string& client, std::uint64_t cost) {

@@ -81,7 +81,8 @@ class UnreadReplies {
   struct Unread {
     std::uint64_t replies = 0, errors = 0;
   };
-  /// With the lock.
+  // With the lock:
+  [[nodiscard]] std::uint64_t replies_of(const std::string& client) const;  // [bytes]
   [[nodiscard]] Hold hold(const std::string& client, std::uint64_t cost);
   void release(const std::string& client, Kind kind, std::uint64_t bytes);
 

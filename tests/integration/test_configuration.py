@@ -72,7 +72,7 @@ def test_what_is_printed_is_read_as_the_same(limberd, write, tmp_path):
 @pytest.mark.parametrize("text, words", [
     ("threds = 3\n", "limberd.toml:1: there is no option 'threds'"),
     ('bind = "tcp://127.0.0.1:9999"\nstream = "tcp://127.0.0.1:9999"\n', "--stream: tcp://127.0.0.1:9999 is the address of --bind, too"),
-    ('data = "/tmp/data"\ndata-bytes = 10\n', "--data-bytes: 10 bytes hold no session"),
+    ('data = "kept"\ndata-bytes = 10\n', "--data-bytes: 10 bytes hold no session"),
     ("web = '19103'\n", "--web: '19103' is not ADDRESS:PORT, as 127.0.0.1:8080 is"),
     ("\n# x\nmax-jobs = 1\nmax-jobs = 2\n", "limberd.toml:4: 'max-jobs' comes twice"),
     ("[limits]\nmax-jobs = 1\n", "limberd.toml:1: there are no tables"),
