@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/system/error_code.hpp>
 #include <fstream>
 #include <thread>
 #include <utility>
@@ -89,15 +91,19 @@ session::Executor Hub::session_executor(const std::string& client) {
         if (urgency == Urgency::kPatient) return post_patiently(client, std::move(task));
         if (urgency == Urgency::kRefining) {
           refining.put(place, std::move(task));
-          boost::asio::post(refine_pool, [this] {
-            lower_priority(Helpers::kRefining);
-            refining.run_one();
-          });
-          return;
+          return refine_soon();
         }
         refining.withdraw(place);  // the prompt task is in place of it
         boost::asio::post(solve_pool, std::move(task));
       };
+}
+
+void Hub::refine_soon() {
+  auto timer = std::make_shared<boost::asio::steady_timer>(refine_pool, kUntilSeen);
+  timer->async_wait([this, timer](const boost::system::error_code& /*never called off*/) {
+    lower_priority(Helpers::kRefining);
+    refining.run_one();
+  });
 }
 
 void Hub::post_patiently(const std::string& client, std::function<void()> task) {
