@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "clients/cli/context.h"
 #include "clients/cli/kinds.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/error.h"
 #include "clients/cpp/files.h"
 #include "clients/cpp/server.h"
 
@@ -53,13 +55,22 @@ void import_session(Context& context, const std::string& file, const std::string
              restored.revision());
 }
 
+/// One that is not there leaves the others to be removed.
 void remove(Context& context, const std::vector<std::string>& sessions) {
+  std::optional<client::ClientError> missing;
   for (const std::string& session : sessions) {
     v1::CloseSessionRequest request;
     request.set_session(session);
-    (void)context.client().call(request);
-    if (!context.json) fmt::print("{} is removed\n", session);
+    try {
+      (void)context.client().call(request);
+      if (!context.json) fmt::print("{} is removed\n", session);
+    } catch (const client::ClientError& error) {
+      if (error.code() != v1::ERROR_CODE_NOT_FOUND) throw;
+      if (missing) fmt::print(stderr, "{}\n", missing->what());
+      missing = error;
+    }
   }
+  if (missing) throw client::ClientError(*missing);
 }
 
 }  // namespace

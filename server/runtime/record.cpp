@@ -351,7 +351,7 @@ bool Record::give_answer(std::chrono::steady_clock::time_point now) {
     if (!add_start(*answer.mutable_start())) return false;
     std::string bytes = answer.SerializeAsString();
     if (bytes.size() > kLarge) next_answer_ = now + kLargeInterval;
-    hub_.store->keep_answer(key_.uid, std::move(bytes));
+    hub_.store->keep_answer(key_.uid, {std::move(bytes), status().SerializeAsString()});
     return true;
   } catch (const std::exception& fault) {  // closed meanwhile
     log::debug(log::Fields{{"session", id()}, {"error", fault.what()}},

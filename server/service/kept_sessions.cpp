@@ -41,6 +41,12 @@ SceneContext context_of_stored(SceneContext context, const proto::StoredSession&
   return context;
 }
 
+/// Not of the session: it may come back when there is room.
+bool is_of_limits(const std::exception& fault) {
+  const auto* const refusal = dynamic_cast<const Refusal*>(&fault);
+  return refusal != nullptr && refusal->code() == proto::ERROR_CODE_LIMIT_EXCEEDED;
+}
+
 /// @throws Error{kIo, "session"}
 [[noreturn]] void fail_to_bring_back(const SessionKey& key, const std::exception& why) {
   log::warn(log::Fields{{"session", key.name}}, "session {} could not be brought back: {}",
@@ -146,7 +152,7 @@ void KeptSessions::imported(const SharedTicket& ticket, const Record& record,
   for (const auto& edit : stored.edits())
     changes.emplace_back(store::EditedSession{uid, edit.revision(), edit.SerializeAsString()});
   write(ticket, std::move(changes), std::move(reply), std::move(undo));
-  if (stored.has_answer()) hub_.store->keep_answer(uid, stored.answer().SerializeAsString());
+  if (stored.has_answer()) hub_.store->keep_answer(uid, {stored.answer().SerializeAsString(), {}});
 }
 
 std::shared_ptr<Record> KeptSessions::find(const std::string& reference) {
@@ -179,10 +185,22 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
   if (!sessions_.parked(parked.key.reference())) return;
   const auto begin = std::chrono::steady_clock::now();
   try {
-    const proto::StoredSession stored = hub_.store->load(parked.key.uid);
-    (void)restore(parked.key, stored, context_of_stored(scenes_, stored), parked.people);
+    proto::StoredSession stored = hub_.store->load(parked.key.uid);
+    const auto try_to = [&] {
+      (void)restore(parked.key, stored, context_of_stored(scenes_, stored), parked.people);
+    };
+    try {
+      try_to();
+    } catch (const std::exception& fault) {
+      if (!stored.has_answer() || is_of_limits(fault)) throw;
+      log::warn(log::Fields{{"session", parked.key.name}},
+                "session {} does not come back in its answer ({}): its edits are solved again",
+                parked.key.name, fault.what());
+      stored.clear_answer();
+      try_to();
+    }
   } catch (const Refusal& refusal) {
-    if (refusal.code() == proto::ERROR_CODE_LIMIT_EXCEEDED) throw;
+    if (is_of_limits(refusal)) throw;
     fail_to_bring_back(parked.key, refusal);
   } catch (const Error& fault) {
     fail_to_bring_back(parked.key, fault);

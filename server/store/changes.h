@@ -25,6 +25,11 @@ struct SavedCheckpoint {
   std::uint64_t uid = 0, revision = 0;
   std::string checkpoint;  // StoredCheckpoint
 };
+/// The newest answer of a session.
+struct KeptAnswer {
+  std::string answer;  // StoredAnswer
+  std::string status;  // SessionStatus, for lists; empty: what is known stays
+};
 struct ClosedSession {
   std::uint64_t uid = 0;
 };

@@ -141,7 +141,7 @@ void Store::append(std::vector<Change> changes, Done done, Keep keep) {
   changed_.notify_all();
 }
 
-void Store::keep_answer(std::uint64_t uid, std::string answer) {
+void Store::keep_answer(std::uint64_t uid, KeptAnswer answer) {
   {
     const std::lock_guard lock(mutex_);
     waiting_.answers.insert_or_assign(uid, std::move(answer));
@@ -379,7 +379,8 @@ std::vector<StoredHead> Store::heads() {
   const std::lock_guard lock(reading_);
   std::vector<StoredHead> heads;
   auto rows = reader_->prepare(
-      "SELECT uid, revision, name, kind, status, touched FROM sessions ORDER BY touched");
+      "SELECT uid, revision, name, kind, coalesce(statuses.status, sessions.status), touched"
+      " FROM sessions LEFT JOIN statuses USING(uid) ORDER BY touched");
   while (rows.step())
     heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3), rows.bytes(4),
                      rows.number(5)});
@@ -419,7 +420,12 @@ proto::StoredSession Store::load(std::uint64_t uid) {
     if (!edit.ParseFromString(bytes)) parse(edit, without_client(bytes));
   }
   auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
-  if (answer.bind(uid).step()) parse(*stored.mutable_answer(), answer.bytes(0));
+  if (answer.bind(uid).step() && !stored.mutable_answer()->ParseFromString(answer.bytes(0))) {
+    log::warn(log::Fields{{"session", stored.session()}},
+              "the stored answer of session {} is damaged: its edits are solved again",
+              stored.session());
+    stored.clear_answer();
+  }
   return stored;
 }
 

@@ -49,8 +49,8 @@ class Store {
   /// @param keep  what becomes of changes that cannot be written now
   enum class Keep { kUntilWritten, kNotAtAll };
   void append(std::vector<Change> changes, Done done, Keep keep = Keep::kUntilWritten);
-  /// The newest answer of a session (StoredAnswer): replaces the one that waits or is stored.
-  void keep_answer(std::uint64_t uid, std::string answer);
+  /// Replaces the one that waits or is stored.
+  void keep_answer(std::uint64_t uid, KeptAnswer answer);
   /// Stands for the edits of a session up to a revision, which must have been given before: they
   /// go once it is written. Where it cannot be written it is given up, and they stay.
   void keep_checkpoint(SavedCheckpoint checkpoint);
@@ -90,7 +90,7 @@ class Store {
   };
   struct Work {
     std::deque<Batch> batches;
-    std::map<std::uint64_t, std::string> answers;
+    std::map<std::uint64_t, KeptAnswer> answers;
     std::map<std::uint64_t, SavedCheckpoint> checkpoints;  // of each session the newest
   };
 

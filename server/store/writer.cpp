@@ -78,6 +78,7 @@ Writer::Writer(const StoreOptions& options)
     : options_(options),
       database_(options.file(), Database::Access::kWrite),
       identity_(identity_of(options.file())) {
+  demand_own();
   // Before the file has pages. Where it has, this would be a change, for which there may be no
   // room.
   const auto vacuums = [this] {
@@ -105,6 +106,8 @@ Writer::Writer(const StoreOptions& options)
       "CREATE TABLE IF NOT EXISTS answers(uid INTEGER PRIMARY KEY, answer BLOB NOT NULL);"
       "CREATE TABLE IF NOT EXISTS checkpoints(uid INTEGER PRIMARY KEY, revision INTEGER NOT NULL,"
       " checkpoint BLOB NOT NULL);"
+      // Newer ones than those of `sessions`, whose rows are as long as their scenes.
+      "CREATE TABLE IF NOT EXISTS statuses(uid INTEGER PRIMARY KEY, status BLOB NOT NULL);"
       "CREATE TABLE IF NOT EXISTS runs(instance TEXT PRIMARY KEY, at INTEGER NOT NULL);"
       "CREATE TABLE IF NOT EXISTS replies(client TEXT NOT NULL, id INTEGER NOT NULL,"
       " hash INTEGER NOT NULL, at INTEGER NOT NULL, reply BLOB NOT NULL,"
@@ -119,6 +122,19 @@ Writer::Writer(const StoreOptions& options)
                             database_.file().string(), form.number(0), kFirstForm, kForm));
   }
   prepare();
+}
+
+/// What others keep in a file is left alone.
+void Writer::demand_own() {
+  auto others = database_.prepare(
+      "SELECT count(*) FROM sqlite_master WHERE NOT EXISTS"
+      " (SELECT 1 FROM sqlite_master WHERE name = 'form')");
+  if (!others.step() || others.number(0) == 0) return;
+  throw Error(
+      ErrorCode::kFailedPrecondition, "--data",
+      fmt::format("{} is a database, but no store of limberd: move it away, or name another "
+                  "folder",
+                  database_.file().string()));
 }
 
 void Writer::prepare() {
@@ -139,9 +155,11 @@ void Writer::prepare() {
       sql("INSERT OR REPLACE INTO replies VALUES(?, ?, ?, ?, ?)"),
       sql("SELECT uid FROM sessions WHERE name = ?"), sql("DELETE FROM sessions WHERE uid = ?"),
       sql("DELETE FROM edits WHERE uid = ?"), sql("DELETE FROM answers WHERE uid = ?"),
-      sql("DELETE FROM checkpoints WHERE uid = ?"),
+      sql("DELETE FROM statuses WHERE uid = ?"), sql("DELETE FROM checkpoints WHERE uid = ?"),
       sql("SELECT revision FROM edits WHERE uid = ? ORDER BY revision LIMIT 1"),
-      sql("DELETE FROM edits WHERE uid = ? AND revision <= ?")});
+      sql("DELETE FROM edits WHERE uid = ? AND revision <= ?"),
+      sql("INSERT OR REPLACE INTO statuses SELECT ?, ? WHERE EXISTS"
+          " (SELECT 1 FROM sessions WHERE uid = ?)")});
   // Those that a server left which ended right behind a checkpoint.
   auto checkpoints = database_.prepare("SELECT uid, revision FROM checkpoints");
   while (checkpoints.step()) superseded_[checkpoints.number(0)] = checkpoints.number(1);
@@ -182,6 +200,7 @@ void Writer::remove(std::uint64_t uid) {
 void Writer::remove_but_edits(std::uint64_t uid) {
   statements_->forget_session.again().bind(uid).step();
   statements_->forget_answer.again().bind(uid).step();
+  statements_->forget_status.again().bind(uid).step();
   statements_->forget_checkpoint.again().bind(uid).step();
 }
 
@@ -318,8 +337,10 @@ void Writer::take(const StartedRun& run) {
       "10000)");
 }
 
-void Writer::write_answer(std::uint64_t uid, const std::string& answer) {
-  statements_->answer.again().bind(uid).bind_bytes(answer).bind(uid).step();
+void Writer::write_answer(std::uint64_t uid, const KeptAnswer& kept) {
+  statements_->answer.again().bind(uid).bind_bytes(kept.answer).bind(uid).step();
+  if (kept.status.empty()) return;
+  statements_->status.again().bind(uid).bind_bytes(kept.status).bind(uid).step();
 }
 
 void Writer::forget_now_and_then() {
@@ -343,6 +364,8 @@ void Writer::forget_old() {
     forget_replies();
     // Of edits that were made while their session was being closed.
     database_.run("DELETE FROM edits WHERE uid NOT IN (SELECT uid FROM sessions)");
+    // Of sessions that an earlier server removed.
+    database_.run("DELETE FROM statuses WHERE uid NOT IN (SELECT uid FROM sessions)");
     commit();
   } catch (...) {
     roll_back();

@@ -34,7 +34,7 @@ class Writer {
     database_.roll_back();
   }
   void write(const Change& change);
-  void write_answer(std::uint64_t uid, const std::string& answer);
+  void write_answer(std::uint64_t uid, const KeptAnswer& answer);
   /// Whether there are edits that a checkpoint stands for.
   [[nodiscard]] bool has_superseded() const { return !superseded_.empty(); }
   /// Removes so many of them, in a transaction of its own: those that wait for the store are not
@@ -59,6 +59,7 @@ class Writer {
  private:
   void prepare();
   void demand_file() const;
+  void demand_own();
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
   void take(const SavedCheckpoint& saved);
@@ -85,7 +86,8 @@ class Writer {
   const FileIdentity identity_;  // of its file, as it was opened
   struct Statements {
     Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
-        forget_session, forget_edits, forget_answer, forget_checkpoint, oldest_edit, forget_until;
+        forget_session, forget_edits, forget_answer, forget_status, forget_checkpoint, oldest_edit,
+        forget_until, status;
   };
   std::optional<Statements> statements_;
 };

@@ -268,6 +268,49 @@ def test_a_damaged_session_is_named_and_the_others_come_back(kept, server, folde
     assert {one.session for one in server.sessions()} == {"first", "second"}
 
 
+def test_a_damaged_answer_is_solved_again(kept, server, folder):
+    """Its session, of which no edit is lost, is there."""
+    session = server.open(small_scene(), session="bar", progress=False)
+    session.add(node=tip_of(session), frame=20, displacement=(0, 0.4, 0))
+    shown = session.wait()
+    server.open(small_scene(frames=9), session="short", progress=False)
+    settle(server)
+    for damage in ("x'ff00ff'", "(SELECT answer FROM answers ORDER BY length(answer) LIMIT 1)"):
+        kept.end()
+        with contextlib.closing(sqlite3.connect(folder / "sessions.sqlite")) as file, file:
+            changed = file.execute(f"UPDATE answers SET answer = {damage} WHERE uid = "
+                                   "(SELECT uid FROM sessions WHERE name = 'bar')")
+            assert changed.rowcount == 1
+        kept.start()
+        result = server.session("bar").wait()
+        assert result.converged and result.revision == 1
+        assert result.energy == pytest.approx(shown.energy, rel=1e-3)
+        settle(server)
+
+
+def test_what_is_listed_after_a_kill_is_what_was_shown(kept, server):
+    session = server.open(small_scene(), session="bar", progress=False)
+    for frame in (10, 15, 20):
+        session.add(node=tip_of(session), frame=frame, displacement=(0, 0.1, 0))
+    session.wait()
+    settle(server)
+    kept.restart()
+    (status,) = server.sessions()
+    assert status.state == service.SESSION_STATE_PARKED
+    assert (status.revision, status.constraints, status.result.revision) == (3, 3, 3)
+
+
+def test_a_database_of_others_is_left_alone(limberd, tmp_path, folder):
+    folder.mkdir()
+    with contextlib.closing(sqlite3.connect(folder / "sessions.sqlite")) as file, file:
+        file.execute("CREATE TABLE pictures(name TEXT)")
+    content = (folder / "sessions.sqlite").read_bytes()
+    ended = subprocess.run([str(limberd), "--bind", "tcp://127.0.0.1:0", "--data", str(folder)],
+                           capture_output=True, text=True, timeout=20)
+    assert ended.returncode == 1 and "no store of limberd" in ended.stderr
+    assert (folder / "sessions.sqlite").read_bytes() == content
+
+
 def test_a_damaged_page_is_an_error_and_no_crash(kept, server, folder):
     session = server.open(small_scene(), session="bar", progress=False)
     for _ in range(60):
@@ -391,6 +434,7 @@ def test_the_command_line_lists_exports_imports_and_removes(kept, server, limber
     assert "bar" in run("sessions") and "parked" in run("sessions") and "1 stored, 1 of them parked" in run("sessions")
     run("sessions", "export", "bar", str(tmp_path / "bar.limber"))
     assert "session tulip (bodies), revision 0" in run("sessions", "import", str(tmp_path / "bar.limber"), "--as", "tulip")
-    run("sessions", "remove", "bar", "tulip")
+    refused = run("sessions", "remove", "rose", "bar", "iris", "tulip", code=1)
+    assert "'rose'" in refused and "'iris'" in refused and "tulip is removed" in refused
     assert server.sessions() == []
     assert "there is no session 'bar'" in run("sessions", "remove", "bar", code=1)

@@ -58,11 +58,9 @@ TEST_F(StoreTest, SessionsAreThereAgain) {
     Store store(options_);
     write(store, {opened(7, "flower"), edited(7, 1)});
     write(store, {edited(7, 2)});
-    store.keep_answer(7, [] {
-      proto::StoredAnswer answer;
-      answer.set_sequence(12);
-      return answer.SerializeAsString();
-    }());
+    proto::StoredAnswer answer;
+    answer.set_sequence(12);
+    store.keep_answer(7, {answer.SerializeAsString(), {}});
   }
   Store store(options_);
   const auto heads = store.heads();
@@ -104,10 +102,11 @@ TEST_F(StoreTest, OfAnswersTheNewestStays) {
   for (std::uint64_t sequence = 1; sequence <= 100; ++sequence) {
     proto::StoredAnswer answer;
     answer.set_sequence(sequence);
-    store.keep_answer(7, answer.SerializeAsString());
+    store.keep_answer(7, {answer.SerializeAsString(), std::to_string(sequence)});
   }
   store.flush();
   EXPECT_EQ(store.load(7).answer().sequence(), 100U);
+  EXPECT_EQ(store.heads().at(0).status, "100") << "as lists show it";
 }
 
 /// Made up, of that revision.
@@ -222,12 +221,20 @@ TEST_F(StoreTest, AServerThatKnowsNoCheckpointsDoesNotReadThem) {
 TEST_F(StoreTest, AClosedSessionLeavesNothing) {
   Store store(options_);
   write(store, {opened(7, "flower"), edited(7, 1)});
+  store.keep_answer(7, {"", "status"});
+  store.flush();
   write(store, {ClosedSession{7}});
   // Those that came too late are of nothing.
-  store.keep_answer(7, "");
+  store.keep_answer(7, {"", "status"});
   write(store, {edited(7, 2)});
   EXPECT_THAT(store.heads(), IsEmpty());
   EXPECT_THROW((void)store.load(7), Error);
+  Database database(options_.file(), Database::Access::kRead);
+  for (const char* const table : {"sessions", "answers", "statuses"}) {
+    auto rows = database.prepare((std::string("SELECT count(*) FROM ") + table).c_str());
+    ASSERT_TRUE(rows.step());
+    EXPECT_EQ(rows.number(0), 0U) << table;
+  }
 }
 
 TEST_F(StoreTest, ANameIsOfTheNewestSession) {
