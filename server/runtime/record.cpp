@@ -246,9 +246,11 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
                          ResultWaiters::Check check) {
   std::vector<JobId> ended;
   std::shared_ptr<const FrameSource> frames;
+  const bool is_for_store = hub_.store && info->converged() && !info->first_picture();
   {
     const std::lock_guard lock(mutex_);
     newest_info_ = info;
+    if (is_for_store) unstored_.push_back({info, check});
     solve_times_.note(*info);
     frames = keep();
     if (info->converged()) {
@@ -257,11 +259,22 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
     }
   }
   if (frames) streams_->note(frames);
-  if (!info->first_picture()) waiters_.note(info, check);
+  using Storing = ResultWaiters::Storing;
+  if (!info->first_picture())
+    waiters_.note(info, check, is_for_store ? Storing::kPending : Storing::kDone);
   for (const JobId job : ended) hub_.jobs.done(job);
   if (info->converged()) note_returned();
   publish_status();
-  if (info->converged()) keep_answer_later();
+  if (is_for_store) keep_answer_later();
+}
+
+std::vector<Record::Unstored> Record::take_unstored() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(unstored_, {});
+}
+
+void Record::tell(const std::vector<Unstored>& results) {
+  for (const Unstored& one : results) waiters_.note(one.result, one.check);
 }
 
 std::optional<proto::EditRequest> Record::made_edits(const proto::Request& request) const {
@@ -315,11 +328,15 @@ void Record::note_own_edits(std::uint64_t revision) {
 }
 
 void Record::keep_answer_later() {
-  if (!hub_.store || is_answer_due_.exchange(true)) return;
+  if (is_answer_due_.exchange(true)) {
+    if (is_put_off_.load()) tell(take_unstored());
+    return;
+  }
   boost::asio::post(hub_.request_pool, [self = shared_from_this()] { self->keep_answer(); });
 }
 
-/// Long answers at most once in kLargeInterval: writing them takes as long as they are.
+/// Long answers at most once in kLargeInterval: writing them takes as long as they are. Nobody
+/// waits for that.
 void Record::keep_answer() {
   const std::lock_guard lock(answering_);
   const auto now = std::chrono::steady_clock::now();
@@ -330,8 +347,10 @@ void Record::keep_answer() {
       if (!record) return;
       boost::asio::post(record->hub_.request_pool, [record] { record->keep_answer(); });
     });
-    return;
+    is_put_off_.store(true);
+    return tell(take_unstored());
   }
+  is_put_off_.store(false);
   is_answer_due_.store(false);
   (void)give_answer(now);
 }
@@ -339,24 +358,37 @@ void Record::keep_answer() {
 bool Record::give_answer(std::chrono::steady_clock::time_point now) {
   constexpr std::size_t kLarge = 4 << 20;
   constexpr std::chrono::seconds kLargeInterval{5};
+  const std::vector<Unstored> results = take_unstored();
+  auto answer = newest_answer();
+  if (!answer) {
+    tell(results);
+    return false;
+  }
+  if (answer->answer.size() > kLarge) next_answer_ = now + kLargeInterval;
+  // Where it cannot be written, edits are told so: a wait changes nothing.
+  hub_.store->keep_answer(key_.uid, std::move(*answer),
+                          [self = weak_from_this(), results](const std::exception_ptr&) {
+                            if (const auto record = self.lock()) record->tell(results);
+                          });
+  return true;
+}
+
+std::optional<store::KeptAnswer> Record::newest_answer() const {
   try {
     proto::StoredAnswer answer;
     {
       const std::lock_guard own(mutex_);
-      if (!newest_info_ || state_ == session::State::kClosed) return false;
+      if (!newest_info_ || state_ == session::State::kClosed) return std::nullopt;
       *answer.mutable_result() = *newest_info_;
     }
     answer.set_revision(answer.result().revision());
     answer.set_sequence(answer.result().sequence());
-    if (!add_start(*answer.mutable_start())) return false;
-    std::string bytes = answer.SerializeAsString();
-    if (bytes.size() > kLarge) next_answer_ = now + kLargeInterval;
-    hub_.store->keep_answer(key_.uid, {std::move(bytes), status().SerializeAsString()});
-    return true;
+    if (!add_start(*answer.mutable_start())) return std::nullopt;
+    return store::KeptAnswer{answer.SerializeAsString(), status().SerializeAsString()};
   } catch (const std::exception& fault) {  // closed meanwhile
     log::debug(log::Fields{{"session", id()}, {"error", fault.what()}},
                "the answer of session {} is not stored: {}", id(), fault.what());
-    return false;
+    return std::nullopt;
   }
 }
 

@@ -218,8 +218,16 @@ class Record : public std::enable_shared_from_this<Record> {
 
  private:
   void note_returned();
+  /// A final result, for those who wait for it: they are told once its answer is stored.
+  struct Unstored {
+    std::shared_ptr<const proto::ResultInfo> result;
+    ResultWaiters::Check check = ResultWaiters::Check::kPending;
+  };
+  [[nodiscard]] std::vector<Unstored> take_unstored();
+  void tell(const std::vector<Unstored>& results);
   void keep_answer_later();
   bool give_answer(std::chrono::steady_clock::time_point now);  // with answering_
+  [[nodiscard]] std::optional<store::KeptAnswer> newest_answer() const;
   void keep_answer();
   [[nodiscard]] std::vector<JobId> take_jobs();
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
@@ -229,6 +237,7 @@ class Record : public std::enable_shared_from_this<Record> {
   mutable FrameTransfers frame_transfers_;  // what is read is kept longer
   session::Progress progress_;
   std::shared_ptr<const proto::ResultInfo> newest_info_;
+  std::vector<Unstored> unstored_;
   bool is_returning_ = false;
   std::vector<std::function<void()>> for_return_;
   SolveTimes solve_times_;
@@ -242,7 +251,7 @@ class Record : public std::enable_shared_from_this<Record> {
   std::uint64_t stored_revision_ = 0;  // with edit_order_
   StoredEdits stored_edits_;           // the same
   std::mutex answering_;  // held while an answer is given to the store: the newest is the last
-  std::atomic<bool> is_answer_due_{false};
+  std::atomic<bool> is_answer_due_{false}, is_put_off_{false};
   // With answering_: no answer is stored before, and what waits for that.
   std::chrono::steady_clock::time_point next_answer_{};
   Deadline later_answer_;

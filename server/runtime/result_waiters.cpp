@@ -9,7 +9,8 @@ namespace limber::server {
 bool ResultWaiters::answers(const Noted& noted, std::uint64_t revision, Until until) {
   if (!noted.result || noted.result->revision() < revision) return false;
   if (until == Until::kFirst) return true;
-  return noted.result->converged() && (until == Until::kFinal || noted.check == Check::kDone);
+  return noted.result->converged() && noted.storing == Storing::kDone &&
+         (until == Until::kFinal || noted.check == Check::kDone);
 }
 
 void ResultWaiters::answer(Ticket& ticket, const proto::ResultInfo& result) const {
@@ -35,13 +36,18 @@ void ResultWaiters::wait(std::uint64_t revision, Until until, double timeout_s,
        call_after(control_, timeout_s, [this, ticket, timeout_s] { late(ticket, timeout_s); })});
 }
 
-void ResultWaiters::note(const std::shared_ptr<const proto::ResultInfo>& result, Check check) {
+void ResultWaiters::note(const std::shared_ptr<const proto::ResultInfo>& result, Check check,
+                         Storing storing) {
   const std::lock_guard lock(mutex_);
-  newest_ = {result, check};
-  if (result->converged()) converged_ = newest_;
-  if (result->converged() && check == Check::kDone) checked_ = newest_;
+  const Noted noted{result, check, storing};
+  const auto replace = [&](Noted& known) {
+    if (!known.result || known.result->sequence() <= result->sequence()) known = noted;
+  };
+  replace(newest_);
+  if (answers(noted, 0, Until::kFinal)) replace(converged_);
+  if (answers(noted, 0, Until::kChecked)) replace(checked_);
   std::erase_if(waiters_, [&](const Waiter& waiter) {
-    if (!answers(newest_, waiter.revision, waiter.until)) return false;
+    if (!answers(noted, waiter.revision, waiter.until)) return false;
     answer(*waiter.ticket, *result);
     return true;
   });

@@ -22,8 +22,12 @@ class ResultWaiters {
 
   /// Answers at once if the session's newest results will do.
   void wait(std::uint64_t revision, Until until, double timeout_s, const SharedTicket& ticket);
-  /// @param check  of a final result; of others it means nothing
-  void note(const std::shared_ptr<const proto::ResultInfo>& result, Check check);
+  /// Whether a final result is still to be stored: who waits for it waits for that, too.
+  enum class Storing { kPending, kDone };
+  /// @param check, storing  of a final result; of others they mean nothing. One whose storing was
+  /// pending is noted again once it is done, maybe behind newer ones
+  void note(const std::shared_ptr<const proto::ResultInfo>& result, Check check,
+            Storing storing = Storing::kDone);
   /// Everybody gets this error; with `Later::kRefuse` also those who come later.
   enum class Later { kAccept, kRefuse };
   void refuse_all(const std::exception& fault, Later later);
@@ -43,6 +47,7 @@ class ResultWaiters {
   struct Noted {
     std::shared_ptr<const proto::ResultInfo> result;  // null: none yet
     Check check = Check::kPending;
+    Storing storing = Storing::kDone;
   };
   [[nodiscard]] static bool answers(const Noted& noted, std::uint64_t revision, Until until);
   void answer(Ticket& ticket, const proto::ResultInfo& result) const;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <set>
 #include <utility>
 #include <variant>
@@ -141,11 +142,16 @@ void Store::append(std::vector<Change> changes, Done done, Keep keep) {
   changed_.notify_all();
 }
 
-void Store::keep_answer(std::uint64_t uid, KeptAnswer answer) {
+void Store::keep_answer(std::uint64_t uid, KeptAnswer answer, Done done) {
+  bool is_late = false;
   {
     const std::lock_guard lock(mutex_);
-    waiting_.answers.insert_or_assign(uid, std::move(answer));
+    is_late = is_ending_;
+    WaitingAnswer& waiting = waiting_.answers[uid];
+    waiting.newest = std::move(answer);
+    if (done && !is_late) waiting.done.push_back(std::move(done));
   }
+  if (is_late && done) done(not_written("the server ends", Keep::kUntilWritten));
   changed_.notify_all();
 }
 
@@ -197,6 +203,7 @@ void Store::write_all() {
     is_writing_ = true;
     lock.unlock();
     const std::string fault = try_to_write(work);
+    tell_of_answers(work, fault);
     has_made_room = !fault.empty() && make_room(work);
     for (Batch& batch : work.batches) {
       if (const Done done = std::exchange(batch.done, nullptr)) {
@@ -228,8 +235,11 @@ void Store::write_all() {
 void Store::take_waiting(Work& work) {
   for (Batch& batch : waiting_.batches) work.batches.push_back(std::move(batch));
   waiting_.batches.clear();
-  for (auto& [uid, answer] : waiting_.answers)
-    work.answers.insert_or_assign(uid, std::move(answer));
+  for (auto& [uid, answer] : waiting_.answers) {
+    WaitingAnswer& behind = work.answers[uid];
+    behind.newest = std::move(answer.newest);
+    std::move(answer.done.begin(), answer.done.end(), std::back_inserter(behind.done));
+  }
   waiting_.answers.clear();
   for (auto& [uid, checkpoint] : waiting_.checkpoints)
     add_newest(std::move(checkpoint), work.checkpoints);
@@ -242,6 +252,13 @@ std::size_t Store::count_of(const Work& work) {
   return changes;
 }
 
+void Store::tell_of_answers(Work& work, const std::string& fault) {
+  for (auto& [uid, answer] : work.answers) {
+    for (const Done& done : std::exchange(answer.done, {}))
+      done(fault.empty() ? nullptr : not_written(fault, Keep::kUntilWritten));
+  }
+}
+
 /// Changes and answers, in one transaction. Faults are noted, and their end, before anybody learns
 /// of it: what is refused from now on is so for this reason.
 void Store::write(const Work& work) {
@@ -250,7 +267,7 @@ void Store::write(const Work& work) {
   for (const Batch& batch : work.batches) {
     for (const Change& change : batch.changes) writer_->write(change);
   }
-  for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer);
+  for (const auto& [uid, answer] : work.answers) writer_->write_answer(uid, answer.newest);
   writer_->commit();
   note_written(count_of(work));
 }

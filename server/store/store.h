@@ -50,7 +50,8 @@ class Store {
   enum class Keep { kUntilWritten, kNotAtAll };
   void append(std::vector<Change> changes, Done done, Keep keep = Keep::kUntilWritten);
   /// Replaces the one that waits or is stored.
-  void keep_answer(std::uint64_t uid, KeptAnswer answer);
+  /// @param done  called once this one or a newer one is written, or cannot be now
+  void keep_answer(std::uint64_t uid, KeptAnswer answer, Done done = nullptr);
   /// Stands for the edits of a session up to a revision, which must have been given before: they
   /// go once it is written. Where it cannot be written it is given up, and they stay.
   void keep_checkpoint(SavedCheckpoint checkpoint);
@@ -88,15 +89,20 @@ class Store {
     Done done;
     Keep keep = Keep::kUntilWritten;
   };
+  struct WaitingAnswer {
+    KeptAnswer newest;
+    std::vector<Done> done;  // of this one and of those that it has replaced
+  };
   struct Work {
     std::deque<Batch> batches;
-    std::map<std::uint64_t, KeptAnswer> answers;
+    std::map<std::uint64_t, WaitingAnswer> answers;
     std::map<std::uint64_t, SavedCheckpoint> checkpoints;  // of each session the newest
   };
 
   void write_all();
   void take_waiting(Work& work);
   [[nodiscard]] static std::size_t count_of(const Work& work);
+  static void tell_of_answers(Work& work, const std::string& fault);
   void write(const Work& work);
   /// @returns why not; empty: all of it is written
   [[nodiscard]] std::string try_to_write(const Work& work);

@@ -9,6 +9,7 @@
  * DISK_EARLY                probability [%] that a piece is written back before a sync (50)
  * DISK_SEED                 of the choice (1)
  * DISK_IGNORES_SYNC         set: a sync succeeds and does nothing, as on a disk that lies
+ * DISK_SYNC_MS              that a sync takes at least (0)
  * DISK_FULL                 a file: while it is there, writes fail with ENOSPC
  * DISK_BROKEN               a file: while it is there, syncs fail with EIO
  *
@@ -53,6 +54,7 @@ static const char *folder, *image;
 static uint64_t state = 1;
 static unsigned early = 50;
 static int ignores_sync;
+static unsigned sync_ms;
 
 static int (*real_open)(const char *, int, ...);
 static int (*real_close)(int);
@@ -77,6 +79,7 @@ __attribute__((constructor)) static void prepare(void) {
   if (getenv("DISK_SEED")) state = strtoull(getenv("DISK_SEED"), NULL, 10) * 2654435761u + 1;
   if (getenv("DISK_EARLY")) early = (unsigned)atoi(getenv("DISK_EARLY"));
   ignores_sync = getenv("DISK_IGNORES_SYNC") != NULL;
+  if (getenv("DISK_SYNC_MS") != NULL) sync_ms = (unsigned)atoi(getenv("DISK_SYNC_MS"));
 }
 
 static void fail(const char *what) {
@@ -292,6 +295,7 @@ static int synced(int descriptor, int (*real)(int)) {
     return -1;
   }
   if (ignores_sync) return 0;
+  if (sync_ms > 0) usleep(1000 * sync_ms);
   pthread_mutex_lock(&lock);
   if (file != NULL && !file->is_removed) sync_file(file);
   if (of_folder) {

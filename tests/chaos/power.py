@@ -43,13 +43,13 @@ def build_disk(folder):
 class OnDisk(Restartable):
     """A limberd whose --data is on a disk of disk.c."""
 
-    def __init__(self, folder, *arguments, early=50, seed=1, is_lying=False):
+    def __init__(self, folder, *arguments, early=50, seed=1, is_lying=False, sync_ms=0):
         self.data, self.image = folder / "data", folder / "image"
         self.full, self.broken = folder / "full", folder / "broken"
         self.data.mkdir(mode=0o700)
         self.image.mkdir(mode=0o700)
         self.settings = {"LD_PRELOAD": build_disk(folder), "DISK_FOLDER": self.data, "DISK_IMAGE": self.image,
-                         "DISK_EARLY": early, "DISK_SEED": seed, "DISK_FULL": self.full, "DISK_BROKEN": self.broken}
+                         "DISK_EARLY": early, "DISK_SEED": seed, "DISK_SYNC_MS": sync_ms, "DISK_FULL": self.full, "DISK_BROKEN": self.broken}
         if is_lying:
             self.settings["DISK_IGNORES_SYNC"] = 1
         super().__init__(find_binary("limberd"), folder, folder / "cache", "--data", self.data, *arguments)

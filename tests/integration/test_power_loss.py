@@ -9,6 +9,7 @@ from conftest import small_scene, tip_of
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "chaos"))
 import power  # noqa: E402
+from design_inputs import strip_scene  # noqa: E402
 
 
 @pytest.mark.timeout(240)
@@ -31,6 +32,27 @@ def test_without_syncs_they_are_lost_and_that_is_noticed():
 def test_a_disk_that_lies_is_noticed():
     result = power.run(cuts=3, seed=4, is_lying=True, early=0)
     assert result["lost"] > 0 or result["faults"]
+
+
+def test_an_answer_that_was_waited_for_outlives_the_power(tmp_path):
+    """Of kinds where another answer could be found: the very one comes back, whatever the power did behind the reply."""
+    disk = power.OnDisk(tmp_path, early=0, sync_ms=60)
+    kinds = [(power.Body, {"scene": small_scene()}), (power.Linkage, {"scene": strip_scene()}), (power.Beams, {"sample": "arch"})]
+    try:
+        with limber.connect(disk.endpoint) as server:
+            for kind, scene in kinds:
+                name = kind.__name__
+                drag, session = kind(server, name, scene), server.session(name)
+                drag.step(session, 1)
+                shown = session.wait()
+                disk.cut()
+                disk.start()
+                listed = next(one for one in server.sessions() if one.session == name)
+                assert listed.result.revision == shown.revision
+                assert listed.result.sequence >= shown.sequence, "an amendment may have followed"
+                assert server.session(name).wait().energy == pytest.approx(shown.energy, rel=1e-9, abs=1e-15)
+    finally:
+        disk.close()
 
 
 @pytest.fixture

@@ -90,7 +90,7 @@ def test_a_script_goes_on_behind_orderly_restarts(storing_at):
                 assert made == revision + 1, "each is made once"
                 revision = made
             restarting.join()
-        assert session.wait().revision == revision > 4
+        assert session.wait().revision == revision >= 4, "one at least of each run"
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ namespace {
 using namespace limber::server::testing;
 using Check = ResultWaiters::Check;
 using Later = ResultWaiters::Later;
+using Storing = ResultWaiters::Storing;
 using Until = ResultWaiters::Until;
 
 struct ServerResultWaiters : ::testing::Test {
@@ -24,7 +25,7 @@ struct ServerResultWaiters : ::testing::Test {
                          .total_bytes = 1'000'000,
                          .age = std::chrono::seconds(60)}};
   ResultWaiters waiters{control};
-  std::uint64_t last = 0;
+  std::uint64_t last = 0, sequence = 0;
 
   /// A request whose reply is kept, so that it can be read.
   struct Asked {
@@ -54,11 +55,15 @@ struct ServerResultWaiters : ::testing::Test {
   std::uint64_t answered_with(const Asked& asked) {
     return asked.ticket->answered() ? reply_to(asked).wait().result().revision() : 0;
   }
-  void note(std::uint64_t revision, bool converged, Check check = Check::kDone) {
+  std::shared_ptr<const proto::ResultInfo> note(std::uint64_t revision, bool converged,
+                                                Check check = Check::kDone,
+                                                Storing storing = Storing::kDone) {
     const auto result = std::make_shared<proto::ResultInfo>();
     result->set_revision(revision);
+    result->set_sequence(++sequence);
     result->set_converged(converged);
-    waiters.note(result, check);
+    waiters.note(result, check, storing);
+    return result;
   }
   ~ServerResultWaiters() override {
     waiters.refuse_all(Error(ErrorCode::kCancelled, "", "the test ends"), Later::kRefuse);
@@ -95,6 +100,27 @@ TEST_F(ServerResultWaiters, WhoComesLaterIsAnsweredAtOnce) {
   EXPECT_EQ(answered_with(ask(4, Until::kChecked)), 0u);
   EXPECT_EQ(answered_with(ask(6, Until::kFirst)), 0u);
   EXPECT_EQ(waiters.size(), 3u);
+}
+
+TEST_F(ServerResultWaiters, AFinalResultIsToldOnceItIsStored) {
+  const auto first = ask(3, Until::kFirst), final = ask(3, Until::kFinal),
+             checked = ask(3, Until::kChecked);
+  const auto pending = note(3, true, Check::kDone, Storing::kPending);
+  EXPECT_EQ(answered_with(first), 3u) << "its frames are shown already";
+  const auto late = ask(3, Until::kFinal);
+  EXPECT_EQ(waiters.size(), 3u);
+  note(4, false);
+  waiters.note(pending, Check::kDone);
+  for (const auto& asked : {final, checked, late}) EXPECT_EQ(answered_with(asked), 3u);
+  EXPECT_EQ(answered_with(ask(0, Until::kFirst)), 4u) << "it is not the newest one for that";
+  EXPECT_EQ(answered_with(ask(3, Until::kFinal)), 3u);
+}
+
+TEST_F(ServerResultWaiters, OneThatIsStoredBehindANewerOneIsNotTheNewest) {
+  const auto older = note(3, true, Check::kDone, Storing::kPending);
+  note(4, true);
+  waiters.note(older, Check::kDone);
+  EXPECT_EQ(answered_with(ask(4, Until::kChecked)), 4u);
 }
 
 TEST_F(ServerResultWaiters, ThoseWhoWaitTooLongAreToldSo) {

@@ -218,6 +218,35 @@ TEST_F(StoreTest, AServerThatKnowsNoCheckpointsDoesNotReadThem) {
   EXPECT_EQ(store.heads()[0].revision, 1U);
 }
 
+TEST_F(StoreTest, AnAnswerIsToldOfOnceItIsWritten) {
+  Store store(options_);
+  write(store, {opened(7, "flower")});
+  proto::StoredAnswer answer;
+  answer.set_sequence(12);
+  std::promise<std::uint64_t> found;
+  store.keep_answer(7, {answer.SerializeAsString(), {}}, [&](const std::exception_ptr& fault) {
+    EXPECT_FALSE(fault);
+    found.set_value(store.load(7).answer().sequence());
+  });
+  EXPECT_EQ(found.get_future().get(), 12U);
+  store.end();
+  bool is_told = false;
+  store.keep_answer(7, {answer.SerializeAsString(), {}},
+                    [&](const std::exception_ptr& fault) { is_told = fault != nullptr; });
+  EXPECT_TRUE(is_told) << "it came too late";
+}
+
+TEST_F(StoreTest, EveryAnswerIsToldOfWhenANewerOneIsWritten) {
+  Store store(options_);
+  write(store, {opened(7, "flower")});
+  constexpr int kAnswers = 100;
+  std::atomic<int> told{0};
+  for (int i = 0; i < kAnswers; ++i)
+    store.keep_answer(7, {"", {}}, [&](const std::exception_ptr&) { ++told; });
+  store.flush();
+  EXPECT_EQ(told, kAnswers);
+}
+
 TEST_F(StoreTest, AClosedSessionLeavesNothing) {
   Store store(options_);
   write(store, {opened(7, "flower"), edited(7, 1)});
