@@ -14,10 +14,10 @@ enum class Durability {
 
 /// Replies are known for so long.
 inline constexpr std::uint64_t kReplySeconds = 600;
-/// Of one client, at most [bytes]; older ones go. As much as a server knows of a client while it
-/// runs (StoredReplies::Limits): what is read at the start stays small behind any number of
-/// requests.
-inline constexpr std::uint64_t kReplyBytesOfClient = 1 << 20;
+/// Of one client, at most, and their bytes; older ones go. As many as a server knows of a client
+/// while it runs (StoredReplies::Limits): what is kept in memory, in the file and read at the start
+/// stays small behind any number of requests.
+inline constexpr std::uint64_t kRepliesOfClient = 256, kReplyBytesOfClient = 1 << 20;
 
 struct StoreOptions {
   /// Of a file that is bounded: an empty one takes about half of that.

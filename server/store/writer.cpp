@@ -320,7 +320,11 @@ void Writer::forget_replies_beyond(const KeptReply& newest) {
   replies.touched_s = now_s();
   replies.ids_and_bytes.emplace_back(newest.id, newest.reply.size());
   replies.bytes += newest.reply.size();
-  while (replies.bytes > kReplyBytesOfClient && replies.ids_and_bytes.size() > 1) {
+  const auto are_too_many = [&] {
+    const std::size_t count = replies.ids_and_bytes.size();
+    return count > kRepliesOfClient || (replies.bytes > kReplyBytesOfClient && count > 1);
+  };
+  while (are_too_many()) {
     const auto [id, bytes] = replies.ids_and_bytes.front();
     replies.ids_and_bytes.pop_front();
     replies.bytes -= bytes;

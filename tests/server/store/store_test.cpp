@@ -204,6 +204,17 @@ TEST_F(StoreTest, OfAClientTheNewestRepliesAreKept) {
   for (const KeptReply& one : replies) EXPECT_TRUE(one.client == "other" || one.id > 150) << one.id;
 }
 
+TEST_F(StoreTest, OfAClientAsManyRepliesAreKeptAsAServerKnows) {
+  Store store(options_);
+  constexpr std::uint64_t kReplies = 3 * kRepliesOfClient;
+  for (std::uint64_t id = 1; id <= kReplies; ++id)
+    store.append({KeptReply{"busy", id, 0, "reply"}}, nullptr);
+  store.flush();
+  const auto replies = store.replies(kReplySeconds);
+  ASSERT_EQ(replies.size(), kRepliesOfClient);
+  for (const KeptReply& one : replies) EXPECT_GT(one.id, kReplies - kRepliesOfClient);
+}
+
 TEST_F(StoreTest, AServerThatKnowsNoCheckpointsDoesNotReadThem) {
   const auto form = [&] {
     Database database(options_.file(), Database::Access::kRead);
