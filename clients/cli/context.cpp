@@ -161,6 +161,20 @@ std::string to_json(const google::protobuf::Message& given) {
   return text;
 }
 
+void print_error(const Context& context, const client::ClientError& error) {
+  if (context.json) {
+    v1::Error message;
+    message.set_code(error.code());
+    message.set_message(error.what());
+    message.set_field(error.field());
+    message.mutable_details()->insert(error.details().begin(), error.details().end());
+    fmt::print(stderr, "{}\n", to_json(message));
+    return;
+  }
+  const std::string where = error.field().empty() ? "" : fmt::format(" (field {})", error.field());
+  fmt::print(stderr, "limber: {}{} [{}]\n", error.what(), where, error.code_name());
+}
+
 void print_json(const google::protobuf::Message& message) { fmt::print("{}\n", to_json(message)); }
 
 void catch_interrupts() {

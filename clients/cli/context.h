@@ -7,6 +7,7 @@
 #include <string>
 
 #include "clients/cpp/client.h"
+#include "clients/cpp/error.h"
 #include "clients/cpp/session_reference.h"
 
 namespace limber::cli {
@@ -51,6 +52,8 @@ class Context {
 /// A message as one line of JSON, field names as in the .proto, absent numbers as 0.
 [[nodiscard]] std::string to_json(const google::protobuf::Message& message);
 void print_json(const google::protobuf::Message& message);
+/// On stderr: a line of JSON with --json.
+void print_error(const Context& context, const client::ClientError& error);
 
 /// Ctrl-C from now on sets a flag instead of ending the process; the second one ends it.
 void catch_interrupts();

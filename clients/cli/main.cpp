@@ -20,18 +20,7 @@ using limber::cli::Context;
 
 int report(const Context& context, const limber::client::ClientError& error) {
   namespace cli = limber::cli;
-  if (context.json) {
-    limber::v1::Error message;
-    message.set_code(error.code());
-    message.set_message(error.what());
-    message.set_field(error.field());
-    message.mutable_details()->insert(error.details().begin(), error.details().end());
-    fmt::print(stderr, "{}\n", cli::to_json(message));
-  } else {
-    const std::string where =
-        error.field().empty() ? "" : fmt::format(" (field {})", error.field());
-    fmt::print(stderr, "limber: {}{} [{}]\n", error.what(), where, error.code_name());
-  }
+  cli::print_error(context, error);
   if (cli::interrupted()) return cli::kInterrupted;
   if (dynamic_cast<const limber::client::Unreachable*>(&error) != nullptr) return cli::kUnreachable;
   return error.code() == limber::v1::ERROR_CODE_TIMEOUT ? cli::kTimeOut : cli::kRefused;

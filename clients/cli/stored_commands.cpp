@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,7 +56,6 @@ void import_session(Context& context, const std::string& file, const std::string
 
 /// One that is not there leaves the others to be removed.
 void remove(Context& context, const std::vector<std::string>& sessions) {
-  std::optional<client::ClientError> missing;
   for (const std::string& session : sessions) {
     v1::CloseSessionRequest request;
     request.set_session(session);
@@ -66,11 +64,10 @@ void remove(Context& context, const std::vector<std::string>& sessions) {
       if (!context.json) fmt::print("{} is removed\n", session);
     } catch (const client::ClientError& error) {
       if (error.code() != v1::ERROR_CODE_NOT_FOUND) throw;
-      if (missing) fmt::print(stderr, "{}\n", missing->what());
-      missing = error;
+      print_error(context, error);
+      context.exit_code = kRefused;
     }
   }
-  if (missing) throw client::ClientError(*missing);
 }
 
 }  // namespace

@@ -91,15 +91,15 @@ session::Executor Hub::session_executor(const std::string& client) {
         if (urgency == Urgency::kPatient) return post_patiently(client, std::move(task));
         if (urgency == Urgency::kRefining) {
           refining.put(place, std::move(task));
-          return refine_soon();
+          return schedule_refinement();
         }
         refining.withdraw(place);  // the prompt task is in place of it
         boost::asio::post(solve_pool, std::move(task));
       };
 }
 
-void Hub::refine_soon() {
-  auto timer = std::make_shared<boost::asio::steady_timer>(refine_pool, kUntilSeen);
+void Hub::schedule_refinement() {
+  auto timer = std::make_shared<boost::asio::steady_timer>(refine_pool, kRefinementDelay);
   timer->async_wait([this, timer](const boost::system::error_code& /*never called off*/) {
     lower_priority(Helpers::kRefining);
     refining.run_one();

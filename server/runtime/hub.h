@@ -70,7 +70,7 @@ struct Hub {
   /// five threads on their way to the client, and a scheduler may leave any of them behind a thread
   /// that computes, however nice that is, until its next tick (4 ms at 250 Hz): p99 of the first
   /// frames of a drag on two cores was 5 to 6 ms without this pause, 1.2 to 2.1 with it.
-  static constexpr std::chrono::milliseconds kUntilSeen{2};
+  static constexpr std::chrono::milliseconds kRefinementDelay{2};
   TakingTurns patient;  // on the threads of session_pool
   // Last, so that their threads end before anything they use does.
   boost::asio::thread_pool solve_pool;    // what somebody waits for
@@ -79,7 +79,7 @@ struct Hub {
   boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames
 
  private:
-  void refine_soon();
+  void schedule_refinement();
   void run_patiently();
 };
 

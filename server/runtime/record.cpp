@@ -130,7 +130,11 @@ proto::SessionStatus Record::status() const {
     status.set_server_stopped(is_stopped);
     if (is_stopped) status.set_next_run_follows(hub_.next_run() == NextRun::kTakesOver);
     status.set_message(message_);
-    if (newest_info_) *status.mutable_result() = *newest_info_;
+    if (newest_info_) {
+      *status.mutable_result() = *newest_info_;
+    } else if (is_returning_ && returning_result_.sequence() > 0) {
+      *status.mutable_result() = returning_result_;
+    }
     if (state_ == session::State::kBuilding)
       *status.mutable_progress() = encode_progress(progress_);
   }
@@ -273,7 +277,7 @@ std::vector<Record::Unstored> Record::take_unstored() {
   return std::exchange(unstored_, {});
 }
 
-void Record::tell(const std::vector<Unstored>& results) {
+void Record::notify_waiters(const std::vector<Unstored>& results) {
   for (const Unstored& one : results) waiters_.note(one.result, one.check);
 }
 
@@ -327,12 +331,20 @@ void Record::note_own_edits(std::uint64_t revision) {
   hub_.store->append(changes_of(revision, own_edits(revision), {}), nullptr);
 }
 
+void Record::begin_to_store_answers() {
+  if (!hub_.store) return;
+  may_store_answers_.store(true);
+  keep_answer_later();
+}
+
+/// By the threads that solve: those of requests may be encoding for seconds, and somebody waits.
 void Record::keep_answer_later() {
+  if (!may_store_answers_.load()) return;
   if (is_answer_due_.exchange(true)) {
-    if (is_put_off_.load()) tell(take_unstored());
+    if (is_deferred_.load()) notify_waiters(take_unstored());
     return;
   }
-  boost::asio::post(hub_.request_pool, [self = shared_from_this()] { self->keep_answer(); });
+  boost::asio::post(hub_.solve_pool, [self = shared_from_this()] { self->keep_answer(); });
 }
 
 /// Long answers at most once in kLargeInterval: writing them takes as long as they are. Nobody
@@ -345,12 +357,12 @@ void Record::keep_answer() {
     later_answer_ = call_after(hub_.control, wait.count(), [self = weak_from_this()] {
       const auto record = self.lock();
       if (!record) return;
-      boost::asio::post(record->hub_.request_pool, [record] { record->keep_answer(); });
+      boost::asio::post(record->hub_.solve_pool, [record] { record->keep_answer(); });
     });
-    is_put_off_.store(true);
-    return tell(take_unstored());
+    is_deferred_.store(true);
+    return notify_waiters(take_unstored());
   }
-  is_put_off_.store(false);
+  is_deferred_.store(false);
   is_answer_due_.store(false);
   (void)give_answer(now);
 }
@@ -361,14 +373,14 @@ bool Record::give_answer(std::chrono::steady_clock::time_point now) {
   const std::vector<Unstored> results = take_unstored();
   auto answer = newest_answer();
   if (!answer) {
-    tell(results);
+    notify_waiters(results);
     return false;
   }
   if (answer->answer.size() > kLarge) next_answer_ = now + kLargeInterval;
   // Where it cannot be written, edits are told so: a wait changes nothing.
   hub_.store->keep_answer(key_.uid, std::move(*answer),
                           [self = weak_from_this(), results](const std::exception_ptr&) {
-                            if (const auto record = self.lock()) record->tell(results);
+                            if (const auto record = self.lock()) record->notify_waiters(results);
                           });
   return true;
 }

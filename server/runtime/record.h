@@ -149,12 +149,18 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] bool may_be_parked() const;
   /// Gives the newest final answer to the store. @returns whether there is one
   [[nodiscard]] bool keep_answer_now();
+  /// The session itself was given to the store: answers, which come behind it, may follow.
+  void begin_to_store_answers();
   /// It is parked: closes the session without a word to its clients. Who still calls this record
   /// gets ParkedMeanwhile.
   void leave_to_store();
 
   /// It comes back from the store: until its answer is there, what is asked of that can wait.
-  void expect_answer() { is_returning_ = true; }
+  /// @param stored  of its stored answer: what it is told to have until then
+  void expect_answer(const proto::ResultInfo& stored) {
+    is_returning_ = true;
+    returning_result_ = stored;
+  }
   /// @param then  called on the pool when its answer is there, or will not be
   /// @returns false where there is nothing to wait for
   [[nodiscard]] bool wait_for_return(std::function<void()> then);
@@ -224,7 +230,7 @@ class Record : public std::enable_shared_from_this<Record> {
     ResultWaiters::Check check = ResultWaiters::Check::kPending;
   };
   [[nodiscard]] std::vector<Unstored> take_unstored();
-  void tell(const std::vector<Unstored>& results);
+  void notify_waiters(const std::vector<Unstored>& results);
   void keep_answer_later();
   bool give_answer(std::chrono::steady_clock::time_point now);  // with answering_
   [[nodiscard]] std::optional<store::KeptAnswer> newest_answer() const;
@@ -239,6 +245,7 @@ class Record : public std::enable_shared_from_this<Record> {
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   std::vector<Unstored> unstored_;
   bool is_returning_ = false;
+  proto::ResultInfo returning_result_;
   std::vector<std::function<void()>> for_return_;
   SolveTimes solve_times_;
   bool build_cancelled_ = false;
@@ -251,7 +258,7 @@ class Record : public std::enable_shared_from_this<Record> {
   std::uint64_t stored_revision_ = 0;  // with edit_order_
   StoredEdits stored_edits_;           // the same
   std::mutex answering_;  // held while an answer is given to the store: the newest is the last
-  std::atomic<bool> is_answer_due_{false}, is_put_off_{false};
+  std::atomic<bool> may_store_answers_{false}, is_answer_due_{false}, is_deferred_{false};
   // With answering_: no answer is stored before, and what waits for that.
   std::chrono::steady_clock::time_point next_answer_{};
   Deadline later_answer_;

@@ -73,6 +73,7 @@ void KeptSessions::recall(StoredReplies& replies) {
     parked.status.set_state(proto::SESSION_STATE_PARKED);
     parked.status.set_is_stored(true);
     parked.status.clear_progress();
+    parked.status.clear_memory_bytes();
     parked.status.clear_clients();
     parked.status.clear_revisions();
     parked.status.clear_age_s();
@@ -125,6 +126,7 @@ void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Reco
                           const proto::Scene& scene, proto::Reply reply,
                           std::function<void()> undo) {
   write(ticket, {opened_session(*record, scene)}, std::move(reply), std::move(undo));
+  record->begin_to_store_answers();
 }
 
 void KeptSessions::edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
@@ -141,7 +143,7 @@ void KeptSessions::closed(const SharedTicket& ticket, std::uint64_t uid, proto::
   write(ticket, {store::ClosedSession{uid}}, std::move(reply));
 }
 
-void KeptSessions::imported(const SharedTicket& ticket, const Record& record,
+void KeptSessions::imported(const SharedTicket& ticket, Record& record,
                             const proto::StoredSession& stored, proto::Reply reply,
                             std::function<void()> undo) {
   const std::uint64_t uid = record.key().uid;
@@ -153,6 +155,7 @@ void KeptSessions::imported(const SharedTicket& ticket, const Record& record,
     changes.emplace_back(store::EditedSession{uid, edit.revision(), edit.SerializeAsString()});
   write(ticket, std::move(changes), std::move(reply), std::move(undo));
   if (stored.has_answer()) hub_.store->keep_answer(uid, {stored.answer().SerializeAsString(), {}});
+  record.begin_to_store_answers();
 }
 
 std::shared_ptr<Record> KeptSessions::find(const std::string& reference) {
@@ -186,18 +189,28 @@ void KeptSessions::bring_back(const SessionRegistry::Parked& parked) {
   const auto begin = std::chrono::steady_clock::now();
   try {
     proto::StoredSession stored = hub_.store->load(parked.key.uid);
+    // Clients drop results with numbers that they had, whether or not the answer is there.
+    auto& answer = *stored.mutable_answer();
+    answer.set_sequence(std::max(answer.sequence(), parked.status.result().sequence()));
     const auto try_to = [&] {
-      (void)restore(parked.key, stored, context_of_stored(scenes_, stored), parked.people);
+      restore(parked.key, stored, context_of_stored(scenes_, stored), parked.people)
+          .record->begin_to_store_answers();
     };
     try {
       try_to();
     } catch (const std::exception& fault) {
-      if (!stored.has_answer() || is_of_limits(fault)) throw;
+      if (!answer.has_start() || is_of_limits(fault)) throw;
+      const std::exception_ptr first = std::current_exception();
+      const std::string why = fault.what();
+      answer.clear_start();
+      try {
+        try_to();
+      } catch (...) {
+        std::rethrow_exception(first);
+      }
       log::warn(log::Fields{{"session", parked.key.name}},
-                "session {} does not come back in its answer ({}): its edits are solved again",
-                parked.key.name, fault.what());
-      stored.clear_answer();
-      try_to();
+                "session {} could not begin in its stored answer ({}): its edits are solved again",
+                parked.key.name, why);
     }
   } catch (const Refusal& refusal) {
     if (is_of_limits(refusal)) throw;
@@ -217,14 +230,14 @@ KeptSessions::Restored KeptSessions::restore(const SessionKey& key,
                                              const std::shared_ptr<Attendance>& people) {
   const Kind& kind = kinds_.of(stored.scene(), "scene");
   proto::Scene scene = stored.scene();
-  if (stored.has_answer()) kind.begin_in(scene, stored.answer().start());
+  if (stored.answer().has_start()) kind.begin_in(scene, stored.answer().start());
   const std::unique_ptr<Opening> opening = kind.read(scene, scenes);
   const auto room = parking_.make_room(opening->memory());
   const JobId job = start_open_job(key);
   JobGuard guard(hub_.jobs, job);
   auto record = opening->make_record(hub_, key, job);
   record->set_memory(opening->memory());
-  record->expect_answer();
+  record->expect_answer(stored.answer().result());
   if (stored.has_answer()) record->continue_after(stored.answer().sequence() + kSequencesAhead);
   std::unique_lock order(record->edit_order());
   // The first solve finds all edits made.

@@ -78,8 +78,8 @@ class KeptSessions {
   }
   /// Writes all of a session that was restored from a file. With its edit_order(), held since
   /// before it was in the registry: what others do to it is written behind it.
-  void imported(const SharedTicket& ticket, const Record& record,
-                const proto::StoredSession& stored, proto::Reply reply, std::function<void()> undo);
+  void imported(const SharedTicket& ticket, Record& record, const proto::StoredSession& stored,
+                proto::Reply reply, std::function<void()> undo);
 
  private:
   /// @param undo  where it is given, what cannot be written is forgotten

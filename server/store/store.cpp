@@ -143,15 +143,17 @@ void Store::append(std::vector<Change> changes, Done done, Keep keep) {
 }
 
 void Store::keep_answer(std::uint64_t uid, KeptAnswer answer, Done done) {
-  bool is_late = false;
+  std::string fault;
   {
     const std::lock_guard lock(mutex_);
-    is_late = is_ending_;
-    WaitingAnswer& waiting = waiting_.answers[uid];
-    waiting.newest = std::move(answer);
-    if (done && !is_late) waiting.done.push_back(std::move(done));
+    fault = is_ending_ ? "the server ends" : fault_;
+    if (!is_ending_) {
+      WaitingAnswer& waiting = waiting_.answers[uid];
+      waiting.newest = std::move(answer);
+      if (done && fault.empty()) waiting.done.push_back(std::move(done));
+    }
   }
-  if (is_late && done) done(not_written("the server ends", Keep::kUntilWritten));
+  if (!fault.empty() && done) done(not_written(fault, Keep::kUntilWritten));
   changed_.notify_all();
 }
 
@@ -203,13 +205,15 @@ void Store::write_all() {
     is_writing_ = true;
     lock.unlock();
     const std::string fault = try_to_write(work);
-    tell_of_answers(work, fault);
+    const std::vector<Done> answered = take_answer_callbacks(work);
     has_made_room = !fault.empty() && make_room(work);
     for (Batch& batch : work.batches) {
       if (const Done done = std::exchange(batch.done, nullptr)) {
         done(fault.empty() ? nullptr : not_written(fault, batch.keep));
       }
     }
+    for (const Done& done : answered)
+      done(fault.empty() ? nullptr : not_written(fault, Keep::kUntilWritten));
     if (fault.empty()) {
       write_checkpoints(work);
       work = {};
@@ -252,11 +256,13 @@ std::size_t Store::count_of(const Work& work) {
   return changes;
 }
 
-void Store::tell_of_answers(Work& work, const std::string& fault) {
+std::vector<Store::Done> Store::take_answer_callbacks(Work& work) {
+  std::vector<Done> all;
   for (auto& [uid, answer] : work.answers) {
-    for (const Done& done : std::exchange(answer.done, {}))
-      done(fault.empty() ? nullptr : not_written(fault, Keep::kUntilWritten));
+    for (Done& done : answer.done) all.push_back(std::move(done));
+    answer.done.clear();
   }
+  return all;
 }
 
 /// Changes and answers, in one transaction. Faults are noted, and their end, before anybody learns
@@ -436,11 +442,17 @@ proto::StoredSession Store::load(std::uint64_t uid) {
     auto& edit = *stored.add_edits();
     if (!edit.ParseFromString(bytes)) parse(edit, without_client(bytes));
   }
-  auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
-  if (answer.bind(uid).step() && !stored.mutable_answer()->ParseFromString(answer.bytes(0))) {
+  bool is_damaged = false;
+  try {
+    auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
+    is_damaged =
+        answer.bind(uid).step() && !stored.mutable_answer()->ParseFromString(answer.bytes(0));
+  } catch (const DamagedFile&) {
+    is_damaged = true;
+  }
+  if (is_damaged) {  // its edits can be solved again
     log::warn(log::Fields{{"session", stored.session()}},
-              "the stored answer of session {} is damaged: its edits are solved again",
-              stored.session());
+              "the stored answer of session {} is damaged, and left out", stored.session());
     stored.clear_answer();
   }
   return stored;

@@ -34,13 +34,13 @@ class Writer;
 /// again until it succeeds; those that wait for it learn why at once.
 class Store {
  public:
-  /// Called once, by the store's thread: null once what was given is written for good, else why it
-  /// is not yet.
+  /// Called once, by the store's thread (where that has ended, or cannot write, by the caller's):
+  /// null once what was given is written for good, else why it is not yet.
   using Done = std::function<void(const std::exception_ptr& fault)>;
 
   /// Opens or makes the file, and begins to write. One server at a time has a folder.
   /// @throws Error{kIo} naming the folder or file; {kFailedPrecondition, "--data"} where another
-  /// server has it or its file is of a newer form
+  /// server has it, or its file is of a newer form or not a store
   explicit Store(StoreOptions options);
   ~Store();  // as end()
   Store(const Store&) = delete;
@@ -102,7 +102,7 @@ class Store {
   void write_all();
   void take_waiting(Work& work);
   [[nodiscard]] static std::size_t count_of(const Work& work);
-  static void tell_of_answers(Work& work, const std::string& fault);
+  [[nodiscard]] static std::vector<Done> take_answer_callbacks(Work& work);
   void write(const Work& work);
   /// @returns why not; empty: all of it is written
   [[nodiscard]] std::string try_to_write(const Work& work);

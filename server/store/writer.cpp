@@ -78,7 +78,7 @@ Writer::Writer(const StoreOptions& options)
     : options_(options),
       database_(options.file(), Database::Access::kWrite),
       identity_(identity_of(options.file())) {
-  demand_own();
+  check_is_limber_store();
   // Before the file has pages. Where it has, this would be a change, for which there may be no
   // room.
   const auto vacuums = [this] {
@@ -124,15 +124,15 @@ Writer::Writer(const StoreOptions& options)
   prepare();
 }
 
-/// What others keep in a file is left alone.
-void Writer::demand_own() {
-  auto others = database_.prepare(
-      "SELECT count(*) FROM sqlite_master WHERE NOT EXISTS"
-      " (SELECT 1 FROM sqlite_master WHERE name = 'form')");
-  if (!others.step() || others.number(0) == 0) return;
+/// A foreign database gets no tables, nor a store that has lost some.
+void Writer::check_is_limber_store() {
+  auto found = database_.prepare(
+      "SELECT count(*), count(*) FILTER (WHERE type = 'table' AND"
+      " name IN ('form', 'sessions', 'edits', 'answers')) FROM sqlite_master");
+  if (!found.step() || found.number(0) == 0 || found.number(1) == 4) return;
   throw Error(
       ErrorCode::kFailedPrecondition, "--data",
-      fmt::format("{} is a database, but no store of limberd: move it away, or name another "
+      fmt::format("{} is a database, but not a limberd store: move it away, or name another "
                   "folder",
                   database_.file().string()));
 }
@@ -317,6 +317,9 @@ void Writer::take(const KeptReply& reply) {
 
 void Writer::forget_replies_beyond(const KeptReply& newest) {
   ClientReplies& replies = replies_[newest.client];
+  // It is written again where its transaction failed.
+  const auto is_newest = [&](const auto& one) { return one.first == newest.id; };
+  if (std::any_of(replies.ids_and_bytes.begin(), replies.ids_and_bytes.end(), is_newest)) return;
   replies.touched_s = now_s();
   replies.ids_and_bytes.emplace_back(newest.id, newest.reply.size());
   replies.bytes += newest.reply.size();

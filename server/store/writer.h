@@ -59,7 +59,7 @@ class Writer {
  private:
   void prepare();
   void demand_file() const;
-  void demand_own();
+  void check_is_limber_store();
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
   void take(const SavedCheckpoint& saved);

@@ -50,7 +50,8 @@ def test_an_answer_that_was_waited_for_outlives_the_power(tmp_path):
                 listed = next(one for one in server.sessions() if one.session == name)
                 assert listed.result.revision == shown.revision
                 assert listed.result.sequence >= shown.sequence, "an amendment may have followed"
-                assert server.session(name).wait().energy == pytest.approx(shown.energy, rel=1e-9, abs=1e-15)
+                if listed.result.sequence == shown.sequence:
+                    assert server.session(name).wait().energy == pytest.approx(shown.energy, rel=1e-9, abs=1e-15)
     finally:
         disk.close()
 

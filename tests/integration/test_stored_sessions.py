@@ -283,7 +283,7 @@ def test_a_damaged_answer_is_solved_again(kept, server, folder):
             assert changed.rowcount == 1
         kept.start()
         result = server.session("bar").wait()
-        assert result.converged and result.revision == 1
+        assert result.converged and result.revision == 1 and result.sequence > shown.sequence
         assert result.energy == pytest.approx(shown.energy, rel=1e-3)
         settle(server)
 
@@ -298,6 +298,8 @@ def test_what_is_listed_after_a_kill_is_what_was_shown(kept, server):
     (status,) = server.sessions()
     assert status.state == service.SESSION_STATE_PARKED
     assert (status.revision, status.constraints, status.result.revision) == (3, 3, 3)
+    coming = server.session("bar").status()
+    assert coming.result.revision == 3 and coming.result.total_energy == pytest.approx(status.result.total_energy, rel=1e-3)
 
 
 def test_a_database_of_others_is_left_alone(limberd, tmp_path, folder):
@@ -307,7 +309,7 @@ def test_a_database_of_others_is_left_alone(limberd, tmp_path, folder):
     content = (folder / "sessions.sqlite").read_bytes()
     ended = subprocess.run([str(limberd), "--bind", "tcp://127.0.0.1:0", "--data", str(folder)],
                            capture_output=True, text=True, timeout=20)
-    assert ended.returncode == 1 and "no store of limberd" in ended.stderr
+    assert ended.returncode == 1 and "not a limberd store" in ended.stderr
     assert (folder / "sessions.sqlite").read_bytes() == content
 
 

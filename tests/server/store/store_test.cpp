@@ -215,6 +215,26 @@ TEST_F(StoreTest, OfAClientAsManyRepliesAreKeptAsAServerKnows) {
   for (const KeptReply& one : replies) EXPECT_GT(one.id, kReplies - kRepliesOfClient);
 }
 
+TEST_F(StoreTest, ARepeatedAttemptToWriteAReplyCountsOnce) {
+  StoreOptions full = options_;
+  full.retry = std::chrono::milliseconds(1);
+  Store store(full);
+  write(store, {opened(7, "flower")});
+  const fs::path away = fs::path(store.file()) += ".away";
+  fs::rename(store.file(), away);
+  std::promise<void> refused;
+  store.append({KeptReply{"busy", 1, 0, "reply"}},
+               [&](const std::exception_ptr&) { refused.set_value(); });
+  refused.get_future().get();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // some attempts
+  fs::rename(away, store.file());
+  while (!store.fault().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (std::uint64_t id = 2; id <= kRepliesOfClient; ++id)
+    store.append({KeptReply{"busy", id, 0, "reply"}}, nullptr);
+  store.flush();
+  EXPECT_EQ(store.replies(kReplySeconds).size(), kRepliesOfClient);
+}
+
 TEST_F(StoreTest, AServerThatKnowsNoCheckpointsDoesNotReadThem) {
   const auto form = [&] {
     Database database(options_.file(), Database::Access::kRead);
