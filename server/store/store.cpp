@@ -150,10 +150,10 @@ void Store::keep_answer(std::uint64_t uid, KeptAnswer answer, Done done) {
     if (!is_ending_) {
       WaitingAnswer& waiting = waiting_.answers[uid];
       waiting.newest = std::move(answer);
-      if (done && fault.empty()) waiting.done.push_back(std::move(done));
+      if (done && fault.empty()) waiting.done.push_back(std::exchange(done, nullptr));
     }
   }
-  if (!fault.empty() && done) done(not_written(fault, Keep::kUntilWritten));
+  if (done) done(not_written(fault, Keep::kUntilWritten));
   changed_.notify_all();
 }
 
