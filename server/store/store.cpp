@@ -205,15 +205,17 @@ void Store::write_all() {
     is_writing_ = true;
     lock.unlock();
     const std::string fault = try_to_write(work);
+    const auto outcome = [&fault](Keep keep) {
+      return fault.empty() ? nullptr : not_written(fault, keep);
+    };
     const std::vector<Done> answered = take_answer_callbacks(work);
     has_made_room = !fault.empty() && make_room(work);
     for (Batch& batch : work.batches) {
       if (const Done done = std::exchange(batch.done, nullptr)) {
-        done(fault.empty() ? nullptr : not_written(fault, batch.keep));
+        done(outcome(batch.keep));
       }
     }
-    for (const Done& done : answered)
-      done(fault.empty() ? nullptr : not_written(fault, Keep::kUntilWritten));
+    for (const Done& done : answered) done(outcome(Keep::kUntilWritten));
     if (fault.empty()) {
       write_checkpoints(work);
       work = {};
