@@ -29,7 +29,8 @@ class Recorder:
     """An endpoint for clients that passes their requests on to a server, and the replies back, and records both.
 
     Long replies come whole, also to clients that ask for them in parts. What is published (frames, status) is not recorded:
-    connections that follow streams are passed on, and subscribers read from the server itself. It takes no CURVE keys. To the server, a client stays connected until the recorder is closed.
+    connections that follow streams are passed on, and subscribers read from the server itself. It takes no CURVE keys. To the
+    server, a client stays connected until the recorder is closed.
     """
 
     def __init__(self, server_endpoint: str, path: "str | Path", bind: str = "tcp://127.0.0.1:*", **about: object):
