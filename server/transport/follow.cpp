@@ -26,17 +26,21 @@ double seconds(std::chrono::milliseconds time) {
 
 }  // namespace
 
-FollowAnswer Transport::follow(const Address& address, Following wanted) {
+void Transport::follow(const Address& address, Following wanted,
+                       const std::function<void(const FollowAnswer&)>& answer) {
   auto begun =
       followers_.follow(address, std::move(wanted), ++last_local_peer_, Followers::Clock::now());
   cut_off_displaced();
-  for (const auto& topic : begun.fresh) {
-    if (begun.answer.taken != FollowAnswer::Taken::kYes) break;
-    const bool has_newest = topic.after != 0 && topic.after == sequence_of(topic.prefix);
-    handlers_.on_subscription(topic.prefix, has_newest ? Has::kNewest : Has::kNothing);
-  }
-  pump_followers();
-  return std::move(begun.answer);
+  answer(begun.answer);
+  if (begun.follower == nullptr) return;
+  call([this, number = begun.follower->number, fresh = std::move(begun.fresh)] {
+    followers_.note_answer(number);
+    for (const auto& topic : fresh) {
+      const bool has_newest = topic.after != 0 && topic.after == sequence_of(topic.prefix);
+      handlers_.on_subscription(topic.prefix, has_newest ? Has::kNewest : Has::kNothing);
+    }
+    pump_followers();
+  });
 }
 
 std::uint64_t Transport::sequence_of(const std::string& topic) {

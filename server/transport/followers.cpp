@@ -144,6 +144,13 @@ void Followers::end_connection(const std::string& connection, const std::string&
   }
 }
 
+void Followers::note_answer(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [place, follower] : attached_) {
+    if (follower->number == number) follower->is_answered = true;
+  }
+}
+
 const Followers::Follower* Followers::of_number(std::uint64_t number) const {
   for (const auto& [place, follower] : attached_) {
     if (follower->number == number) return follower.get();

@@ -78,6 +78,7 @@ class Followers {
     std::string name;
     std::set<std::string> prefixes;
     FollowedStream stream;
+    bool is_answered = false;  // messages come behind the answer to the request that it began with
 
     /// Routing id of its connection, which may be a proxy's with others behind it.
     [[nodiscard]] const std::string& connection() const { return address.envelope.front(); }
@@ -101,6 +102,8 @@ class Followers {
   /// @param number  for a stream that is not there
   Begun follow(const Address& address, Following wanted, std::uint64_t number,
                Clock::time_point now);
+  /// The answer to a request is on its way: messages may be.
+  void note_answer(std::uint64_t number);
   [[nodiscard]] const Follower* of_number(std::uint64_t number) const;
   /// It is remembered, and told the reason when it comes again.
   void end(const Follower& follower, const std::string& reason);
@@ -118,6 +121,7 @@ class Followers {
   void pump(const Send& send, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
     for (auto& [place, follower] : attached_) {
+      if (!follower->is_answered) continue;
       while (auto message = follower->stream.next(now)) {
         if (send(*follower, *message) == Sent::kYes) continue;
         follower->stream.put_back(std::move(*message), now);

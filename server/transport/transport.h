@@ -102,7 +102,10 @@ class Transport {
     return subscriptions_.has_subscriber(topic);
   }
   // Followers (follow.proto). On the transport's thread, of a client of the request socket:
-  [[nodiscard]] FollowAnswer follow(const Address& address, Following wanted);
+  /// @param answer  sends the answer, before all messages of a stream that begins with it; what it
+  /// throws passes through
+  void follow(const Address& address, Following wanted,
+              const std::function<void(const FollowAnswer&)>& answer);
   // Any thread:
   [[nodiscard]] std::uint64_t stream_bytes() const { return live_.total(); }
   [[nodiscard]] std::vector<FollowerUse> follower_uses(std::size_t most) const {

@@ -298,8 +298,9 @@ def test_what_is_listed_after_a_kill_is_what_was_shown(kept, server):
     (status,) = server.sessions()
     assert status.state == service.SESSION_STATE_PARKED
     assert (status.revision, status.constraints, status.result.revision) == (3, 3, 3)
-    coming = server.session("bar").status()
-    assert coming.result.revision == 3 and coming.result.total_energy == pytest.approx(status.result.total_energy, rel=1e-3)
+    coming = server.session("bar")
+    assert coming.status().result.revision == 3
+    assert coming.wait().energy == pytest.approx(status.result.total_energy, rel=1e-3)
 
 
 def test_a_database_of_others_is_left_alone(limberd, tmp_path, folder):

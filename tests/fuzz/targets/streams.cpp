@@ -199,6 +199,7 @@ class Clients {
       if (begun.follower == nullptr || !begun.answer.continued)
         positions_.erase('\n' + request.stream());
       if (begun.follower == nullptr) return;
+      followers_.note_answer(begun.follower->number);
       for (const auto& topic : begun.fresh) {
         if (!subscriptions_.is_subscribed(begun.follower->number, topic.prefix))
           fuzz::finding("a follower was told that it gets what it does not get");

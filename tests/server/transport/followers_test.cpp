@@ -26,6 +26,7 @@ struct FollowersOfStreams : ::testing::Test {
     Following wanted{stream, {}, read_bytes, 0, 7, "name of " + envelope.front()};
     for (const auto& topic : topics) wanted.topics.push_back({topic, 0});
     auto begun = followers.follow(Address{envelope, 0, 0, Role::kView, key}, wanted, ++last, kNow);
+    if (begun.follower != nullptr && is_answered) followers.note_answer(begun.follower->number);
     fresh.clear();
     for (const auto& topic : begun.fresh) fresh.push_back(topic.prefix);
     return begun.answer;
@@ -50,8 +51,23 @@ struct FollowersOfStreams : ::testing::Test {
   Subscriptions subscriptions;
   Followers followers{16 << 20, subscriptions};
   std::uint64_t last = 1000, newest = 0;
+  bool is_answered = true;  // at once
   Strings fresh;
 };
+
+TEST_F(FollowersOfStreams, GetNothingBeforeTheyAreAnswered) {
+  is_answered = false;
+  follow("A", "a", {"x"});
+  publish("x", "one");
+  EXPECT_EQ(sent(), Strings{});
+  followers.note_answer(last);
+  EXPECT_EQ(sent(), Strings{"A:one"});
+  follow("A2", "a", {"x"});  // the same stream on another connection
+  publish("x", "two");
+  EXPECT_EQ(sent(), Strings{});
+  followers.note_answer(last);
+  EXPECT_EQ(sent(), Strings{"A2:two"});
+}
 
 TEST_F(FollowersOfStreams, GetWhatTheyWant) {
   EXPECT_FALSE(follow("A", "a", {"x", "y"}).continued);
