@@ -9,6 +9,7 @@
 #include "server/service/imported_session.h"
 #include "server/service/roles.h"
 #include "server/service/service.h"
+#include "server/store/session_rows.h"
 #include "server/wire/errors.h"
 #include "server/wire/wire_check.h"
 
@@ -184,6 +185,7 @@ void Service::restore_session(const proto::RestoreSessionRequest& request,
                     stored.version(), stored.server_version(), store::Store::kWithCheckpoint));
   demand_unchanged(request.content(), stored);
   demand_countable(stored);
+  store::clear_seals(stored);
   const auto name =
       sessions_.reserve(request.session().empty() ? stored.session() : request.session());
   const auto [record, order] = kept_.restore(name->key(), stored);

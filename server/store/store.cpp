@@ -1,8 +1,6 @@
 #include "server/store/store.h"
 
 #include <fmt/format.h>
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,6 +11,8 @@
 
 #include "engine/base/error.h"
 #include "server/log/log.h"
+#include "server/store/row_seal.h"
+#include "server/store/session_rows.h"
 #include "server/store/writer.h"
 
 namespace limber::server::store {
@@ -42,24 +42,6 @@ std::exception_ptr not_written(const std::string& fault, Store::Keep keep) {
 /// What its session would miss: replies and runs are of no session.
 bool is_of_session(const Change& change) {
   return !std::holds_alternative<KeptReply>(change) && !std::holds_alternative<StartedRun>(change);
-}
-
-/// Earlier servers wrote the bytes of a connection in place of a client's name, with which no edit
-/// can be read. @returns the edit without it; as it is, where it is damaged otherwise
-std::string without_client(const std::string& edit) {
-  using google::protobuf::internal::WireFormatLite;
-  google::protobuf::io::CodedInputStream bytes(reinterpret_cast<const std::uint8_t*>(edit.data()),
-                                               static_cast<int>(edit.size()));
-  std::string left;
-  for (;;) {
-    const int begin = bytes.CurrentPosition();
-    const std::uint32_t tag = bytes.ReadTag();
-    if (tag == 0) return bytes.ConsumedEntireMessage() ? left : edit;
-    if (!WireFormatLite::SkipField(&bytes, tag)) return edit;
-    if (WireFormatLite::GetTagFieldNumber(tag) == proto::StoredEdit::kClientFieldNumber) continue;
-    left.append(edit, static_cast<std::size_t>(begin),
-                static_cast<std::size_t>(bytes.CurrentPosition() - begin));
-  }
 }
 
 /// Of each session the newest.
@@ -404,60 +386,23 @@ std::vector<StoredHead> Store::heads() {
   const std::lock_guard lock(reading_);
   std::vector<StoredHead> heads;
   auto rows = reader_->prepare(
-      "SELECT uid, revision, name, kind, coalesce(statuses.status, sessions.status), touched"
+      "SELECT uid, revision, name, kind, sessions.status, touched, statuses.status"
       " FROM sessions LEFT JOIN statuses USING(uid) ORDER BY touched");
-  while (rows.step())
-    heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3), rows.bytes(4),
-                     rows.number(5)});
+  while (rows.step()) {
+    // The seal of the first status is of the scene, too: load() looks at it.
+    std::string status = unsealed(rows.bytes(4)).message;
+    if (auto newer = unsealed(rows.bytes(6)); !newer.message.empty() && !newer.is_damaged)
+      status = std::move(newer.message);
+    heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3),
+                     std::move(status), rows.number(5)});
+  }
   return heads;
 }
 
 proto::StoredSession Store::load(std::uint64_t uid) {
   const std::lock_guard lock(reading_);
-  const auto parse = [&](google::protobuf::Message& message, const std::string& bytes) {
-    if (!message.ParseFromString(bytes))
-      throw Error(ErrorCode::kIo, "session",
-                  fmt::format("a row of the store {} is damaged", file().string()));
-  };
-  proto::StoredSession stored;
-  const Reading all_at_once(*reader_);  // a checkpoint may be written meanwhile
-  auto head = reader_->prepare("SELECT name, kind, scene FROM sessions WHERE uid = ?");
-  if (!head.bind(uid).step())
-    throw Error(ErrorCode::kNotFound, "session", "the session is not in the store any more");
-  stored.set_version(kWithoutCheckpoint);
-  stored.set_uid(uid);
-  stored.set_session(head.bytes(0));
-  stored.set_kind(head.bytes(1));
-  parse(*stored.mutable_scene(), head.bytes(2));
-  auto checkpoint = reader_->prepare("SELECT revision, checkpoint FROM checkpoints WHERE uid = ?");
-  std::uint64_t revision = 0;
-  if (checkpoint.bind(uid).step()) {
-    revision = checkpoint.number(0);
-    parse(*stored.mutable_checkpoint(), checkpoint.bytes(1));
-    stored.set_version(kWithCheckpoint);
-  }
-  auto edits =
-      reader_->prepare("SELECT edit FROM edits WHERE uid = ? AND revision > ? ORDER BY revision");
-  edits.bind(uid).bind(revision);
-  while (edits.step()) {
-    const std::string bytes = edits.bytes(0);
-    auto& edit = *stored.add_edits();
-    if (!edit.ParseFromString(bytes)) parse(edit, without_client(bytes));
-  }
-  bool is_damaged = false;
-  try {
-    auto answer = reader_->prepare("SELECT answer FROM answers WHERE uid = ?");
-    is_damaged =
-        answer.bind(uid).step() && !stored.mutable_answer()->ParseFromString(answer.bytes(0));
-  } catch (const DamagedFile&) {
-    is_damaged = true;
-  }
-  if (is_damaged) {  // its edits can be solved again
-    log::warn(log::Fields{{"session", stored.session()}},
-              "the stored answer of session {} is damaged, and left out", stored.session());
-    stored.clear_answer();
-  }
-  return stored;
+  const Reading all_at_once(*reader_);
+  return read_session(*reader_, uid);
 }
 
 std::set<std::string> Store::begin_run(const std::string& instance) {
@@ -478,8 +423,13 @@ std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
       "SELECT client, id, hash, reply FROM replies WHERE at >= strftime('%s', 'now') - ? ORDER BY "
       "at");
   rows.bind(seconds);
-  while (rows.step())
-    replies.push_back({rows.bytes(0), rows.number(1), rows.number(2), rows.bytes(3)});
+  while (rows.step()) {
+    auto reply = unsealed(rows.bytes(3));
+    if (reply.is_damaged)
+      log::warn("a stored reply is damaged, and left out");
+    else
+      replies.push_back({rows.bytes(0), rows.number(1), rows.number(2), std::move(reply.message)});
+  }
   return replies;
 }
 

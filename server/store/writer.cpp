@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "server/log/log.h"
+#include "server/store/row_seal.h"
 
 namespace limber::server::store {
 namespace {
@@ -211,28 +212,32 @@ void Writer::take(const OpenedSession& opened) {
     other = find.number(0);
   statements_->find.again();
   if (other != 0) remove(other);
+  // Not on the scene: what reads it elsewhere refuses fields that it does not know.
+  const std::string status = sealed(opened.status, {opened.name, opened.kind, opened.scene});
   statements_->open.again()
       .bind(opened.uid)
       .bind_text(opened.name)
       .bind_text(opened.kind)
       .bind_bytes(opened.scene)
-      .bind_bytes(opened.status)
+      .bind_bytes(status)
       .bind(now_s())
       .step();
 }
 
 void Writer::take(const EditedSession& edited) {
-  statements_->edit.again().bind(edited.uid).bind(edited.revision).bind_bytes(edited.edit).step();
+  const std::string edit = sealed(edited.edit);
+  statements_->edit.again().bind(edited.uid).bind(edited.revision).bind_bytes(edit).step();
   statements_->touch.again().bind(edited.revision).bind(now_s()).bind(edited.uid).step();
 }
 
 void Writer::take(const SavedCheckpoint& saved) {
   database_.run(
       fmt::format("UPDATE form SET version = {} WHERE version < {}", kForm, kForm).c_str());
+  const std::string checkpoint = sealed(saved.checkpoint);
   statements_->checkpoint.again()
       .bind(saved.uid)
       .bind(saved.revision)
-      .bind_bytes(saved.checkpoint)
+      .bind_bytes(checkpoint)
       .bind(saved.uid)
       .step();
   statements_->advance.again().bind(saved.revision).bind(saved.uid).step();
@@ -305,12 +310,13 @@ void Writer::give_back() noexcept {
 void Writer::take(const ClosedSession& closed) { remove(closed.uid); }
 
 void Writer::take(const KeptReply& reply) {
+  const std::string bytes = sealed(reply.reply);
   statements_->reply.again()
       .bind_text(reply.client)
       .bind(reply.id)
       .bind(reply.hash)
       .bind(now_s())
-      .bind_bytes(reply.reply)
+      .bind_bytes(bytes)
       .step();
   forget_replies_beyond(reply);
 }
@@ -345,9 +351,11 @@ void Writer::take(const StartedRun& run) {
 }
 
 void Writer::write_answer(std::uint64_t uid, const KeptAnswer& kept) {
-  statements_->answer.again().bind(uid).bind_bytes(kept.answer).bind(uid).step();
+  const std::string answer = sealed(kept.answer);
+  statements_->answer.again().bind(uid).bind_bytes(answer).bind(uid).step();
   if (kept.status.empty()) return;
-  statements_->status.again().bind(uid).bind_bytes(kept.status).bind(uid).step();
+  const std::string status = sealed(kept.status);
+  statements_->status.again().bind(uid).bind_bytes(status).bind(uid).step();
 }
 
 void Writer::forget_now_and_then() {

@@ -288,6 +288,56 @@ def test_a_damaged_answer_is_solved_again(kept, server, folder):
         settle(server)
 
 
+def flip_bit(folder, table, column, name):
+    """In the middle of what is stored of that session."""
+    with contextlib.closing(sqlite3.connect(folder / "sessions.sqlite")) as file, file:
+        (uid,) = file.execute("SELECT uid FROM sessions WHERE name = ?", (name,)).fetchone()
+        content = file.execute(f"SELECT {column} FROM {table} WHERE uid = ?", (uid,)).fetchall()[-1][0]
+        changed = bytearray(content)
+        changed[len(changed) // 2] ^= 4
+        assert file.execute(f"UPDATE {table} SET {column} = ? WHERE uid = ? AND {column} = ?",
+                            (bytes(changed), uid, content)).rowcount == 1
+
+
+@pytest.mark.parametrize(("table", "column", "what"), [
+    ("sessions", "scene", "its scene is damaged"),
+    ("edits", "edit", "its edit 3 is damaged"),
+    ("checkpoints", "checkpoint", "its checkpoint is damaged")])
+def test_a_flipped_bit_is_named_and_the_others_come_back(limberd, tmp_path, cache_dir, folder, table, column, what):
+    running = Restartable(limberd, tmp_path, cache_dir, "--data", str(folder), "--checkpoint-edits", "2")
+    with limber.connect(running.endpoint) as server:
+        for name in ("first", "second"):
+            session = server.open(small_scene(), session=name, progress=False)
+            for frame in (10, 15):
+                session.add(node=tip_of(session), frame=frame, displacement=(0, 0.1, 0))
+            settle(server)
+            session.add(node=tip_of(session), frame=20, displacement=(0, 0.1, 0))
+            session.wait()
+        settle(server)
+        running.end()
+        flip_bit(folder, table, column, "first")
+        running.start()
+        for ask in (lambda: server.session("first"), lambda: server.save_session("first", tmp_path / "first")):
+            with pytest.raises(limber.LimberError, match=f"{what} in the store") as refused:
+                ask()
+            assert refused.value.code == "IO"
+        assert server.session("second").wait().revision == 3
+    running.close()
+
+
+def test_an_answer_with_a_flipped_bit_is_solved_again(kept, server, folder, tmp_path):
+    session = server.open(small_scene(), session="bar", progress=False)
+    session.add(node=tip_of(session), frame=20, displacement=(0, 0.4, 0))
+    shown = session.wait()
+    settle(server)
+    kept.end()
+    flip_bit(folder, "answers", "answer", "bar")
+    kept.start()
+    result = server.session("bar").wait()
+    assert result.converged and result.energy == pytest.approx(shown.energy, rel=1e-3)
+    assert "the stored answer of session bar is damaged, and left out" in (tmp_path / "log").read_text()
+
+
 def test_what_is_listed_after_a_kill_is_what_was_shown(kept, server):
     session = server.open(small_scene(), session="bar", progress=False)
     for frame in (10, 15, 20):

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+
+#include "limber/v1/stored.pb.h"
+#include "server/store/sqlite.h"
+
+namespace limber::server::store {
+
+/// Reads all that is stored of a session. What is not as it was written is never passed on: an
+/// answer is left out then, with a line in the log (edits can be solved again); else it is refused.
+/// @pre within one transaction: a checkpoint may be written meanwhile
+/// @throws Error{kNotFound, "session"}; {kIo, "session"} naming the row that is damaged
+[[nodiscard]] limber::v1::StoredSession read_session(Database& database, std::uint64_t uid);
+
+/// Seals of rows (row_seal.h), which say nothing elsewhere: a server that knows none exports them.
+void clear_seals(limber::v1::StoredSession& session);
+
+}  // namespace limber::server::store
