@@ -158,7 +158,10 @@ void LiveBeams::keep(const SharedConditions& conditions, beams::BeamStructure&& 
                BeamAnalysis{std::move(structure), std::move(solution), std::move(results), {}})};
   estimate_.reset();
   next_cut_.reset();
-  std::erase_if(known_, [&](const Place& place) { return place.conditions == conditions; });
+  std::erase_if(known_, [&](const Place& place) {
+    // Nobody can come back to what only this list has.
+    return place.conditions == conditions || place.conditions.use_count() == 1;
+  });
   known_.push_back(good_);
   known_.back().analysis.reset();
   std::size_t bytes = 0;

@@ -45,6 +45,26 @@ TEST(LiveBeams, ASideThatIsGivenIsKept) {
   EXPECT_LT((again.state().positions - below.state().positions).norm(), 1e-9);
 }
 
+TEST(LiveBeams, ShapesThatNobodyCanComeBackToAreDropped) {
+  beams::BeamModel model = cantilever(4, 0);
+  model.loads.push_back(test::force_on(4, 0, 0, 1));
+  LiveBeams live(model);
+  std::vector<std::weak_ptr<const BeamConditions>> dropped;
+  const auto kept = std::make_shared<const BeamConditions>(conditions_of(model));
+  ASSERT_TRUE(live.solve(kept, {}, [](const beams::BeamState&) {}).reached);
+  const Eigen::Matrix3Xd shape = live.state().positions;
+  for (const double force : {1.1, 1.2, 1.3, 1.4}) {
+    model.loads.back() = test::force_on(4, 0, 0, force);
+    const auto conditions = std::make_shared<const BeamConditions>(conditions_of(model));
+    ASSERT_TRUE(live.solve(conditions, {}, [](const beams::BeamState&) {}).reached);
+    dropped.emplace_back(conditions);
+  }
+  for (std::size_t i = 0; i + 1 < dropped.size(); ++i) EXPECT_TRUE(dropped[i].expired()) << i;
+  const LiveBeams::Outcome again = live.solve(kept, {}, [](const beams::BeamState&) {});
+  EXPECT_TRUE(again.reached);
+  EXPECT_EQ(live.state().positions, shape) << "undo comes back to it";
+}
+
 /// Clamped and pinned, pressed along its axis after it was at rest without a load.
 TEST(LiveBeams, AStraightColumnBeyondItsLoadBucklesOrIsReportedAsUnstable) {
   beams::BeamModel model = cantilever(8, 0);
