@@ -77,6 +77,10 @@ std::string words(const std::string& enumerator, const std::string& prefix) {
   return text;
 }
 
+std::string counted(std::uint64_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 std::string role_words(v1::Role role) { return words(v1::Role_Name(role), "ROLE_"); }
 
 std::string state_words(const v1::SessionStatus& status) {

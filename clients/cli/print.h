@@ -42,6 +42,8 @@ class ProgressBar {
 
 /// A state or status in lower case: "ready" for SESSION_STATE_READY.
 [[nodiscard]] std::string words(const std::string& enumerator, const std::string& prefix);
+/// "1 change", "3 changes".
+[[nodiscard]] std::string counted(std::uint64_t count, const std::string& noun);
 /// "view", "edit" or "administer".
 [[nodiscard]] std::string role_words(v1::Role role);
 /// Also where a session that is ready has found no solution.

@@ -138,9 +138,10 @@ void print_store(const Info& info) {
     return;
   }
   const auto& store = info.store();
-  fmt::print("store      {} sessions ({} parked), {}, {} changes in {} commits ({} synced)\n",
-             store.sessions(), store.parked(), bytes(store.bytes()), store.changes(),
-             store.commits(), store.synced_commits());
+  fmt::print("store      {} ({} parked), {}, {} in {} ({} synced)\n",
+             counted(store.sessions(), "session"), store.parked(), bytes(store.bytes()),
+             counted(store.changes(), "change"), counted(store.commits(), "commit"),
+             store.synced_commits());
 }
 
 void print(const Context& context, const Info& before, const Info& info) {

@@ -30,10 +30,9 @@ void list_stored(Context& context) {
     return;
   }
   const auto& store = info.store();
-  fmt::print(
-      "\n{} stored, {} of them parked; {:.1f} MB; {} changes in {} commits since the start\n",
-      store.sessions(), store.parked(), static_cast<double>(store.bytes()) * 1e-6, store.changes(),
-      store.commits());
+  fmt::print("\n{} stored, {} of them parked; {:.1f} MB; {} in {} since the start\n",
+             store.sessions(), store.parked(), static_cast<double>(store.bytes()) * 1e-6,
+             counted(store.changes(), "change"), counted(store.commits(), "commit"));
   if (!store.fault().empty()) {
     fmt::print("NOTHING CAN BE STORED NOW: {}\n", store.fault());
     context.exit_code = kRefused;

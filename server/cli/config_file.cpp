@@ -32,6 +32,8 @@ std::string begin_of(std::istream& in) {
   std::string text(kMostBytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // that some editors write
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
   return text;
 }
 

@@ -130,12 +130,33 @@ void Writer::check_is_limber_store() {
   auto found = database_.prepare(
       "SELECT count(*), count(*) FILTER (WHERE type = 'table' AND"
       " name IN ('form', 'sessions', 'edits', 'answers')) FROM sqlite_master");
-  if (!found.step() || found.number(0) == 0 || found.number(1) == 4) return;
+  const bool has_tables = found.step() && found.number(0) > 0;
+  if (!has_tables) return check_is_new();
+  if (found.number(1) == 4) return;
   throw Error(
       ErrorCode::kFailedPrecondition, "--data",
       fmt::format("{} is a database, but not a limberd store: move it away, or name another "
                   "folder",
                   database_.file().string()));
+}
+
+/// A file without tables is that of a first start, unless something has cut it off.
+void Writer::check_is_new() const {
+  constexpr std::uintmax_t kLeastPage = 512;  // of SQLite
+  std::error_code fault;
+  const std::uintmax_t bytes = std::filesystem::file_size(database_.file(), fault);
+  if (!fault && bytes > 0 && bytes < kLeastPage) {
+    throw Error(ErrorCode::kFailedPrecondition, "--data",
+                fmt::format("{} has {} bytes, which are no store: bring it back from a copy, or "
+                            "remove it to begin anew",
+                            database_.file().string(), bytes));
+  }
+  if (std::filesystem::exists(options_.reserve(), fault)) {
+    log::warn(
+        "the store {} is new, but the reserve beside it is of one that was there before: "
+        "sessions of that one come back with a copy of it alone",
+        database_.file().string());
+  }
 }
 
 void Writer::prepare() {

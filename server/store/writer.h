@@ -60,6 +60,7 @@ class Writer {
   void prepare();
   void demand_file() const;
   void check_is_limber_store();
+  void check_is_new() const;
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
   void take(const SavedCheckpoint& saved);

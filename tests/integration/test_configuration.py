@@ -116,6 +116,10 @@ def test_sound_options_are_said_to_be_so_and_nothing_is_started(limberd, write, 
     assert run(limberd, "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0", "--check-config").returncode == 0
 
 
+def test_a_byte_order_mark_is_passed_over(limberd, write):
+    assert values(printed(limberd, "--config", write("\ufeffmax-jobs = 3\n")))["max-jobs"] == "3"
+
+
 def test_a_file_that_is_not_there_is_an_error(limberd, tmp_path):
     process = run(limberd, "--config", tmp_path / "none.toml", "--check-config")
     assert process.returncode == 2 and "none.toml" in process.stderr

@@ -364,6 +364,21 @@ def test_a_database_of_others_is_left_alone(limberd, tmp_path, folder):
     assert (folder / "sessions.sqlite").read_bytes() == content
 
 
+def test_a_store_that_was_cut_off_is_not_taken_for_a_new_one(limberd, kept, server, folder, tmp_path):
+    server.open(small_scene(), session="bar", progress=False)
+    kept.end(signal.SIGTERM)
+    with open(folder / "sessions.sqlite", "rb+") as file:
+        file.truncate(1)
+    ended = subprocess.run([str(limberd), "--bind", "tcp://127.0.0.1:0", "--data", str(folder)],
+                           capture_output=True, text=True, timeout=20)
+    assert ended.returncode == 1 and "has 1 bytes, which are no store" in ended.stderr
+    with open(folder / "sessions.sqlite", "rb+") as file:
+        file.truncate(0)
+    kept.start()
+    assert "is new, but the reserve beside it is of one that was there before" in (tmp_path / "log").read_text()
+    assert server.sessions() == []
+
+
 def test_a_damaged_page_is_an_error_and_no_crash(kept, server, folder):
     session = server.open(small_scene(), session="bar", progress=False)
     for _ in range(60):

@@ -113,7 +113,8 @@ std::string BodyKind::summary(const v1::GetSessionResponse& session) const {
   const auto& status = session.status();
   std::string text = Kind::summary(session);
   if (status.state() == v1::SESSION_STATE_BUILDING)
-    text += fmt::format("{}: {:.0f} %\n", status.progress().stage(),
+    text += fmt::format("{}: {:.0f} %\n",
+                        status.progress().stage().empty() ? "building" : status.progress().stage(),
                         100 * status.progress().fraction());
   if (status.has_model()) text += fmt::format("model: {}\n", cli::describe(status.model()));
   return text +
