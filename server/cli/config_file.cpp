@@ -32,8 +32,6 @@ std::string begin_of(std::istream& in) {
   std::string text(kMostBytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // that some editors write
-  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
   return text;
 }
 
@@ -44,6 +42,8 @@ class Reader {
     if (text_.size() > kMostBytes)
       throw CLI::ConfigError(
           fmt::format("{}: more than {} bytes are no configuration", file_, kMostBytes));
+    constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // that some editors write
+    if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
   }
 
   /// @returns false at the end

@@ -82,7 +82,14 @@ void KeptSessions::recall(StoredReplies& replies) {
   if (!heads.empty()) log::info("{} sessions are in {}", heads.size(), hub_.store->file().string());
   for (auto& kept : hub_.store->replies(store::kReplySeconds)) {
     proto::Reply reply;
-    if (!reply.ParseFromString(kept.reply)) continue;
+    if (kept.reply.empty() || !reply.ParseFromString(kept.reply)) {
+      // Known all the same: what was done is not to be done again.
+      reply.Clear();
+      reply.set_version(1);
+      reply.set_id(kept.id);
+      *reply.mutable_error() = error_to_proto(
+          Error(ErrorCode::kIo, "id", "the request was done, and its stored reply is damaged"));
+    }
     reply.set_instance(hub_.run.instance);
     replies.recall({kept.client, kept.id}, kept.hash, reply.SerializeAsString(),
                    StoredReplies::Clock::now());

@@ -12,8 +12,9 @@ namespace limber::server::store {
 struct OpenedSession {
   std::uint64_t uid = 0;
   std::string name, kind;
-  std::string scene;   // Scene
-  std::string status;  // SessionStatus, for lists
+  std::string scene;      // Scene
+  std::string status;     // SessionStatus, for lists
+  std::string seal = {};  // made by the store
 };
 /// An accepted request of edits.
 struct EditedSession {

@@ -28,12 +28,6 @@ std::error_code make_folder(const fs::path& folder) {
   return {};
 }
 
-/// SQLite gives its log the mode of its file, and makes that as the umask has it.
-void make_file(const fs::path& file) {
-  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (made >= 0) ::close(made);  // else SQLite says why
-}
-
 }  // namespace
 
 FolderLock::FolderLock(const StoreOptions& options) {
@@ -51,7 +45,6 @@ FolderLock::FolderLock(const StoreOptions& options) {
     throw Error(ErrorCode::kFailedPrecondition, "--data",
                 fmt::format("another server has the folder {}", folder.string()));
   }
-  make_file(options.file());
 }
 
 FolderLock::~FolderLock() { ::close(descriptor_); }

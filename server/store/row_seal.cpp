@@ -1,7 +1,5 @@
 #include "server/store/row_seal.h"
 
-#include <cstdint>
-
 #include "engine/base/hash.h"
 
 namespace limber::server::store {
@@ -9,36 +7,33 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// Tag of field 60 as bytes, their count, and the name of the hash: a row that has no seal does not
-/// end so by chance.
-constexpr std::string_view kMark = "\xe2\x03\x0cxxh3"sv;
+/// Tag of field 1000 as bytes, their number, and the name of the hash: no row ends so by chance.
+constexpr std::string_view kMark = "\xc2\x3e\x0cxxh3"sv;
 constexpr std::size_t kHashBytes = 8, kSealBytes = kMark.size() + kHashBytes;
-
-std::string seal_of(std::string_view message, std::initializer_list<std::string_view> beside) {
-  ContentHash hash;
-  hash.add(message);
-  for (const std::string_view one : beside) hash.add(one);
-  const auto digest = hash.digest();
-  return std::string(kMark).append(digest.begin(), digest.begin() + kHashBytes);
-}
 
 }  // namespace
 
-std::string sealed(std::string_view message, std::initializer_list<std::string_view> beside) {
-  const std::string seal = seal_of(message, beside);
-  std::string row;
-  row.reserve(message.size() + seal.size());
-  return row.append(message).append(seal);
+std::string seal_of(std::initializer_list<std::string_view> values) {
+  ContentHash hash;
+  for (const std::string_view value : values) hash.add(value);
+  const auto digest = hash.digest();
+  return {digest.begin(), digest.begin() + kHashBytes};
 }
 
-Unsealed unsealed(std::string row, std::initializer_list<std::string_view> beside) {
-  if (row.size() < kSealBytes) return {std::move(row)};
-  const std::size_t end = row.size() - kSealBytes;
-  const std::string_view seal = std::string_view(row).substr(end);
-  if (!seal.starts_with(kMark)) return {std::move(row)};
-  const bool is_damaged = seal != seal_of(std::string_view(row).substr(0, end), beside);
-  row.resize(end);
-  return {std::move(row), is_damaged};
+void add_seal(std::string& row) {
+  const std::string seal = seal_of({row});
+  row.append(kMark).append(seal);
+}
+
+Seal take_seal(std::string& row) {
+  if (row.size() < kSealBytes) return Seal::kNone;
+  const std::string_view whole = row;
+  const std::string_view message = whole.substr(0, row.size() - kSealBytes);
+  const std::string_view end = whole.substr(message.size());
+  if (!end.starts_with(kMark)) return Seal::kNone;
+  const bool is_right = end.substr(kMark.size()) == seal_of({message});
+  row.resize(message.size());
+  return is_right ? Seal::kRight : Seal::kWrong;
 }
 
 }  // namespace limber::server::store

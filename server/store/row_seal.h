@@ -6,21 +6,20 @@
 
 namespace limber::server::store {
 
-/// A row's message with a seal behind it: field 60, twelve bytes, of which the last eight are the
-/// first of the ContentHash of the bytes before. Servers that know no seals pass over it as a field
-/// that they do not know.
-///
-/// @param beside  what else of the row it is of
-[[nodiscard]] std::string sealed(std::string_view message,
-                                 std::initializer_list<std::string_view> beside = {});
+/// Appends a seal to a serialised message: field 1000, twelve bytes, of which the last eight are
+/// those of seal_of(). No message that is stored has a field of this number, so servers that know
+/// no seals pass over it.
+void add_seal(std::string& row);
 
-struct Unsealed {
-  std::string message;
-  /// The row is not what was written. False without a seal: it is of an earlier server.
-  bool is_damaged = false;
+enum class Seal {
+  kNone,   // a row of an earlier server, or one that has lost its end
+  kRight,  // the row is as it was written
+  kWrong,
 };
-/// @param beside  as given to sealed()
-[[nodiscard]] Unsealed unsealed(std::string row,
-                                std::initializer_list<std::string_view> beside = {});
+/// Takes the seal off.
+[[nodiscard]] Seal take_seal(std::string& row);
+
+/// The first eight bytes of the ContentHash of these values.
+[[nodiscard]] std::string seal_of(std::initializer_list<std::string_view> values);
 
 }  // namespace limber::server::store

@@ -4,7 +4,9 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
 
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "server/log/log.h"
@@ -52,27 +54,37 @@ class SessionRows {
  private:
   /// @returns the newest revision
   std::uint64_t read_head() {
-    auto row = rows("SELECT name, kind, scene, status, revision FROM sessions WHERE uid = ?");
+    auto row = rows("SELECT name, kind, scene, revision FROM sessions WHERE uid = ?");
     if (!row.step())
       throw Error(ErrorCode::kNotFound, "session", "the session is not in the store any more");
     stored_.set_session(row.bytes(0));
     stored_.set_kind(row.bytes(1));
     const std::string scene = row.bytes(2);
-    const auto status = unsealed(row.bytes(3), {stored_.session(), stored_.kind(), scene});
-    if (status.is_damaged || !stored_.mutable_scene()->ParseFromString(scene))
+    if (!is_sealed_as(scene) || !stored_.mutable_scene()->ParseFromString(scene))
       refuse("its scene is damaged");
-    return row.number(4);
+    return row.number(3);
+  }
+
+  /// Where the session has a seal, so have all its rows, unless a server that knows none has had
+  /// the store since: a row that has lost its end has lost its seal.
+  bool is_sealed_as(const std::string& scene) {
+    auto row = rows(
+        "SELECT seal, NOT EXISTS (SELECT 1 FROM runs WHERE runs.rowid > seals.run AND"
+        " instance NOT IN (SELECT instance FROM sealing_runs)) FROM seals WHERE uid = ?");
+    if (!row.step()) return true;
+    must_be_sealed_ = row.number(1) != 0;
+    return row.bytes(0) == seal_of({stored_.session(), stored_.kind(), scene});
   }
 
   /// @returns its revision; 0: there is none
   std::uint64_t read_checkpoint() {
     auto row = rows("SELECT revision, checkpoint FROM checkpoints WHERE uid = ?");
     if (!row.step()) return 0;
-    const auto checkpoint = unsealed(row.bytes(1));
-    if (checkpoint.is_damaged || !stored_.mutable_checkpoint()->ParseFromString(checkpoint.message))
+    auto& checkpoint = *stored_.mutable_checkpoint();
+    if (!read_into(checkpoint, row.bytes(1)) || checkpoint.revision() != row.number(0))
       refuse("its checkpoint is damaged");
     stored_.set_version(Store::kWithCheckpoint);
-    return row.number(0);
+    return checkpoint.revision();
   }
 
   /// @returns the last revision
@@ -82,10 +94,11 @@ class SessionRows {
     row.bind(after);
     while (row.step()) {
       if (row.number(0) != ++after) refuse_gap(after);
-      const auto [bytes, is_damaged] = unsealed(row.bytes(1));
       auto& edit = *stored_.add_edits();
-      if (is_damaged ||
-          !(edit.ParseFromString(bytes) || edit.ParseFromString(without_client(bytes))))
+      const auto bytes = unsealed(row.bytes(1));
+      const bool is_read =
+          bytes && (edit.ParseFromString(*bytes) || edit.ParseFromString(without_client(*bytes)));
+      if (!is_read || edit.revision() != after)
         refuse(fmt::format("its edit {} is damaged", after));
     }
     return after;
@@ -95,9 +108,8 @@ class SessionRows {
     bool is_damaged = false;
     try {
       auto row = rows("SELECT answer FROM answers WHERE uid = ?");
-      if (!row.step()) return;
-      const auto answer = unsealed(row.bytes(0));
-      is_damaged = answer.is_damaged || !stored_.mutable_answer()->ParseFromString(answer.message);
+      auto status = rows("SELECT 1 FROM statuses WHERE uid = ?");  // written beside an answer
+      is_damaged = row.step() ? !read_into(*stored_.mutable_answer(), row.bytes(0)) : status.step();
     } catch (const DamagedFile&) {
       is_damaged = true;
     }
@@ -107,6 +119,16 @@ class SessionRows {
     stored_.clear_answer();
   }
 
+  /// @returns the message; nothing where it is not as it was written
+  std::optional<std::string> unsealed(std::string row) const {
+    const Seal seal = take_seal(row);
+    if (seal == Seal::kWrong || (seal == Seal::kNone && must_be_sealed_)) return std::nullopt;
+    return row;
+  }
+  bool read_into(google::protobuf::Message& message, std::string row) const {
+    const auto bytes = unsealed(std::move(row));
+    return bytes && message.ParseFromString(*bytes);
+  }
   Statement rows(const char* sql) {
     auto statement = database_.prepare(sql);
     statement.bind(uid_);
@@ -117,12 +139,15 @@ class SessionRows {
   }
   [[noreturn]] void refuse(const std::string& what) const {
     throw Error(ErrorCode::kIo, "session",
-                fmt::format("{} in the store {}", what, database_.file().string()));
+                fmt::format("session '{}': {} in the store {}; bring the store back from a copy, "
+                            "or remove the session and import a file that it was exported to",
+                            stored_.session(), what, database_.file().string()));
   }
 
   Database& database_;
   const std::uint64_t uid_;
   proto::StoredSession stored_;
+  bool must_be_sealed_ = false;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace limber::server::store {
 /// @throws Error{kNotFound, "session"}; {kIo, "session"} naming the row that is damaged
 [[nodiscard]] limber::v1::StoredSession read_session(Database& database, std::uint64_t uid);
 
-/// Seals of rows (row_seal.h), which say nothing elsewhere: a server that knows none exports them.
+/// Removes the seals of rows (row_seal.h). A server that knows none exports them with its sessions.
 void clear_seals(limber::v1::StoredSession& session);
 
 }  // namespace limber::server::store

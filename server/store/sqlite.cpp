@@ -15,7 +15,7 @@ namespace {
   const std::string message = fmt::format("the store {}: {}", file, text);
   const int kind = code & 0xff;  // of an extended code
   if (kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB)
-    throw DamagedFile(message + "; `sqlite3 FILE .recover` gets at what is left of a damaged file");
+    throw DamagedFile(message + "; bring the file back from a copy");
   throw Error(ErrorCode::kIo, "", message);
 }
 

@@ -13,6 +13,7 @@
 #include "server/log/log.h"
 #include "server/store/row_seal.h"
 #include "server/store/session_rows.h"
+#include "server/store/store_file.h"
 #include "server/store/writer.h"
 
 namespace limber::server::store {
@@ -44,6 +45,18 @@ bool is_of_session(const Change& change) {
   return !std::holds_alternative<KeptReply>(change) && !std::holds_alternative<StartedRun>(change);
 }
 
+void seal(OpenedSession& opened) {
+  add_seal(opened.status);
+  // The scene has none of its own: exports have it as it is, and older servers import no scene with
+  // a field that they do not know.
+  opened.seal = seal_of({opened.name, opened.kind, opened.scene});
+}
+void seal(EditedSession& edited) { add_seal(edited.edit); }
+void seal(SavedCheckpoint& saved) { add_seal(saved.checkpoint); }
+void seal(KeptReply& kept) { add_seal(kept.reply); }
+void seal(const ClosedSession& /*has nothing*/) {}
+void seal(const StartedRun& /*has nothing*/) {}
+
 /// Of each session the newest.
 void add_newest(SavedCheckpoint checkpoint, std::map<std::uint64_t, SavedCheckpoint>& to) {
   const auto [known, is_new] = to.try_emplace(checkpoint.uid);
@@ -71,6 +84,7 @@ class Reading {
 
 Store::Store(StoreOptions options)
     : options_(validated(std::move(options))), lock_(options_), reserve_(options_.reserve()) {
+  prepare_store_file(options_);
   open_writer();
   reader_.emplace(options_.file(), Database::Access::kRead);
   reserve_.restore();
@@ -114,6 +128,8 @@ std::size_t Store::end() {
 fs::path Store::file() const { return options_.file(); }
 
 void Store::append(std::vector<Change> changes, Done done, Keep keep) {
+  // Here, since others wait for the thread that writes.
+  for (Change& change : changes) std::visit([](auto& one) { seal(one); }, change);
   bool is_late = false;
   {
     const std::lock_guard lock(mutex_);
@@ -125,6 +141,8 @@ void Store::append(std::vector<Change> changes, Done done, Keep keep) {
 }
 
 void Store::keep_answer(std::uint64_t uid, KeptAnswer answer, Done done) {
+  add_seal(answer.answer);
+  if (!answer.status.empty()) add_seal(answer.status);
   std::string fault;
   {
     const std::lock_guard lock(mutex_);
@@ -140,6 +158,7 @@ void Store::keep_answer(std::uint64_t uid, KeptAnswer answer, Done done) {
 }
 
 void Store::keep_checkpoint(SavedCheckpoint checkpoint) {
+  seal(checkpoint);
   {
     const std::lock_guard lock(mutex_);
     add_newest(std::move(checkpoint), waiting_.checkpoints);
@@ -389,12 +408,18 @@ std::vector<StoredHead> Store::heads() {
       "SELECT uid, revision, name, kind, sessions.status, touched, statuses.status"
       " FROM sessions LEFT JOIN statuses USING(uid) ORDER BY touched");
   while (rows.step()) {
-    // The seal of the first status is of the scene, too: load() looks at it.
-    std::string status = unsealed(rows.bytes(4)).message;
-    if (auto newer = unsealed(rows.bytes(6)); !newer.message.empty() && !newer.is_damaged)
-      status = std::move(newer.message);
-    heads.push_back({rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3),
-                     std::move(status), rows.number(5)});
+    StoredHead head{rows.number(0), rows.number(1), rows.bytes(2),
+                    rows.bytes(3),  rows.bytes(6),  rows.number(5)};
+    const auto is_damaged = [&head] { return take_seal(head.status) == Seal::kWrong; };
+    if (head.status.empty()) head.status = rows.bytes(4);
+    if (is_damaged()) {
+      log::warn(log::Fields{{"session", head.name}},
+                "the stored state of session {} is damaged: lists show it as it was opened",
+                head.name);
+      head.status = rows.bytes(4);
+      if (is_damaged()) head.status.clear();
+    }
+    heads.push_back(std::move(head));
   }
   return heads;
 }
@@ -424,11 +449,12 @@ std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
       "at");
   rows.bind(seconds);
   while (rows.step()) {
-    auto reply = unsealed(rows.bytes(3));
-    if (reply.is_damaged)
-      log::warn("a stored reply is damaged, and left out");
-    else
-      replies.push_back({rows.bytes(0), rows.number(1), rows.number(2), std::move(reply.message)});
+    KeptReply kept{rows.bytes(0), rows.number(1), rows.number(2), rows.bytes(3)};
+    if (take_seal(kept.reply) == Seal::kWrong) {
+      log::warn("the stored reply to request {} of client {} is damaged", kept.id, kept.client);
+      kept.reply.clear();
+    }
+    replies.push_back(std::move(kept));
   }
   return replies;
 }

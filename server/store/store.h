@@ -72,7 +72,7 @@ class Store {
   /// Notes that a server of this instance has the folder: whether changes can be written is known
   /// behind it. @returns those that had it before
   [[nodiscard]] std::set<std::string> begin_run(const std::string& instance);
-  /// Replies that are younger than so many seconds.
+  /// Replies that are younger than so many seconds; empty where they are damaged.
   [[nodiscard]] std::vector<KeptReply> replies(std::uint64_t seconds);
 
   struct Counts {

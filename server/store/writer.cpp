@@ -10,11 +10,15 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "limber/v1/stored.pb.h"
 #include "server/log/log.h"
+#include "server/store/log_check.h"
 #include "server/store/row_seal.h"
 
 namespace limber::server::store {
 namespace {
+
+namespace proto = limber::v1;
 
 // Of the tables. 1: all edits of a session are there; 2: there are checkpoints, which servers that
 // know form 1 alone must not pass over.
@@ -80,6 +84,7 @@ Writer::Writer(const StoreOptions& options)
       database_(options.file(), Database::Access::kWrite),
       identity_(identity_of(options.file())) {
   check_is_limber_store();
+  check_log();
   // Before the file has pages. Where it has, this would be a change, for which there may be no
   // room.
   const auto vacuums = [this] {
@@ -109,7 +114,14 @@ Writer::Writer(const StoreOptions& options)
       " checkpoint BLOB NOT NULL);"
       // Newer ones than those of `sessions`, whose rows are as long as their scenes.
       "CREATE TABLE IF NOT EXISTS statuses(uid INTEGER PRIMARY KEY, status BLOB NOT NULL);"
+      // Whose edits are still to be removed.
+      "CREATE TABLE IF NOT EXISTS removed_sessions(uid INTEGER PRIMARY KEY);"
       "CREATE TABLE IF NOT EXISTS runs(instance TEXT PRIMARY KEY, at INTEGER NOT NULL);"
+      // Of servers that seal what they write: rows of others, of before or in between, have no
+      // seals. A session's seal is of its name, kind and scene; `run` was the newest when it came.
+      "CREATE TABLE IF NOT EXISTS sealing_runs(instance TEXT PRIMARY KEY);"
+      "CREATE TABLE IF NOT EXISTS seals(uid INTEGER PRIMARY KEY, seal BLOB NOT NULL,"
+      " run INTEGER NOT NULL);"
       "CREATE TABLE IF NOT EXISTS replies(client TEXT NOT NULL, id INTEGER NOT NULL,"
       " hash INTEGER NOT NULL, at INTEGER NOT NULL, reply BLOB NOT NULL,"
       " PRIMARY KEY(client, id)) WITHOUT ROWID;"
@@ -130,9 +142,7 @@ void Writer::check_is_limber_store() {
   auto found = database_.prepare(
       "SELECT count(*), count(*) FILTER (WHERE type = 'table' AND"
       " name IN ('form', 'sessions', 'edits', 'answers')) FROM sqlite_master");
-  const bool has_tables = found.step() && found.number(0) > 0;
-  if (!has_tables) return check_is_new();
-  if (found.number(1) == 4) return;
+  if (!found.step() || found.number(0) == 0 || found.number(1) == 4) return;
   throw Error(
       ErrorCode::kFailedPrecondition, "--data",
       fmt::format("{} is a database, but not a limberd store: move it away, or name another "
@@ -140,31 +150,14 @@ void Writer::check_is_limber_store() {
                   database_.file().string()));
 }
 
-/// A file without tables is that of a first start, unless something has cut it off.
-void Writer::check_is_new() const {
-  constexpr std::uintmax_t kLeastPage = 512;  // of SQLite
-  std::error_code fault;
-  const std::uintmax_t bytes = std::filesystem::file_size(database_.file(), fault);
-  if (!fault && bytes > 0 && bytes < kLeastPage) {
-    throw Error(ErrorCode::kFailedPrecondition, "--data",
-                fmt::format("{} has {} bytes, which are no store: bring it back from a copy, or "
-                            "remove it to begin anew",
-                            database_.file().string(), bytes));
-  }
-  if (std::filesystem::exists(options_.reserve(), fault)) {
-    log::warn(
-        "the store {} is new, but the reserve beside it is of one that was there before: "
-        "sessions of that one come back with a copy of it alone",
-        database_.file().string());
-  }
-}
-
 void Writer::prepare() {
   const auto sql = [this](const char* text) { return database_.prepare(text); };
   statements_.emplace(Statements{
       sql("DELETE FROM replies WHERE client = ? AND id = ?"),
       sql("INSERT OR REPLACE INTO sessions VALUES(?, ?, ?, ?, ?, 0, ?)"),
-      sql("INSERT OR REPLACE INTO edits VALUES(?, ?, ?)"),
+      // None of a session that was closed meanwhile.
+      sql("INSERT OR REPLACE INTO edits SELECT ?, ?, ? WHERE EXISTS"
+          " (SELECT 1 FROM sessions WHERE uid = ?)"),
       sql("UPDATE sessions SET revision = ?, touched = ? WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?)"),
@@ -181,10 +174,47 @@ void Writer::prepare() {
       sql("SELECT revision FROM edits WHERE uid = ? ORDER BY revision LIMIT 1"),
       sql("DELETE FROM edits WHERE uid = ? AND revision <= ?"),
       sql("INSERT OR REPLACE INTO statuses SELECT ?, ? WHERE EXISTS"
-          " (SELECT 1 FROM sessions WHERE uid = ?)")});
-  // Those that a server left which ended right behind a checkpoint.
-  auto checkpoints = database_.prepare("SELECT uid, revision FROM checkpoints");
-  while (checkpoints.step()) superseded_[checkpoints.number(0)] = checkpoints.number(1);
+          " (SELECT 1 FROM sessions WHERE uid = ?)"),
+      sql("INSERT OR REPLACE INTO seals SELECT ?, ?, coalesce(max(rowid), 0) FROM runs"),
+      sql("DELETE FROM seals WHERE uid = ?"),
+      sql("INSERT OR REPLACE INTO removed_sessions VALUES(?)"),
+      sql("DELETE FROM removed_sessions WHERE uid = ?")});
+  find_superseded();
+}
+
+/// What a server left that ended right behind a checkpoint, or while it removed a session. Which
+/// edits a checkpoint stands for is said by its message, whose seal tells whether it is damaged.
+void Writer::find_superseded() {
+  auto checkpoints = database_.prepare(
+      "SELECT uid, revision, checkpoint FROM checkpoints WHERE EXISTS (SELECT 1 FROM edits"
+      " WHERE edits.uid = checkpoints.uid AND edits.revision <= checkpoints.revision)");
+  while (checkpoints.step()) {
+    std::string row = checkpoints.bytes(2);
+    proto::StoredCheckpoint checkpoint;
+    if (take_seal(row) != Seal::kWrong && checkpoint.ParseFromString(row) &&
+        checkpoint.revision() == checkpoints.number(1))
+      superseded_[checkpoints.number(0)] = checkpoint.revision();
+  }
+  auto removed = database_.prepare("SELECT uid FROM removed_sessions");
+  while (removed.step()) superseded_[removed.number(0)] = kLastRevision;
+  auto unlisted = database_.prepare(
+      "SELECT count(DISTINCT uid) FROM edits WHERE uid NOT IN (SELECT uid FROM sessions) AND"
+      " uid NOT IN (SELECT uid FROM removed_sessions)");
+  if (unlisted.step() && unlisted.number(0) > 0)
+    log::error(
+        "the store {} has edits of {} sessions that it does not list: it may be damaged, and they "
+        "are kept",
+        database_.file().string(), unlisted.number(0));
+}
+
+/// Where a frame of the log is damaged, SQLite drops it and all behind it.
+void Writer::check_log() {
+  auto state = database_.prepare("PRAGMA wal_checkpoint(PASSIVE)");
+  if (!state.step()) return;
+  std::filesystem::path file = database_.file();
+  const std::uint64_t lost = lost_transactions(file += "-wal", state.number(1));
+  if (lost > 0)
+    log::error("the log {} is damaged: its last {} transactions are lost", file.string(), lost);
 }
 
 void Writer::begin() {
@@ -224,6 +254,7 @@ void Writer::remove_but_edits(std::uint64_t uid) {
   statements_->forget_answer.again().bind(uid).step();
   statements_->forget_status.again().bind(uid).step();
   statements_->forget_checkpoint.again().bind(uid).step();
+  statements_->forget_seal.again().bind(uid).step();
 }
 
 void Writer::take(const OpenedSession& opened) {
@@ -233,32 +264,34 @@ void Writer::take(const OpenedSession& opened) {
     other = find.number(0);
   statements_->find.again();
   if (other != 0) remove(other);
-  // Not on the scene: what reads it elsewhere refuses fields that it does not know.
-  const std::string status = sealed(opened.status, {opened.name, opened.kind, opened.scene});
   statements_->open.again()
       .bind(opened.uid)
       .bind_text(opened.name)
       .bind_text(opened.kind)
       .bind_bytes(opened.scene)
-      .bind_bytes(status)
+      .bind_bytes(opened.status)
       .bind(now_s())
       .step();
+  statements_->seal.again().bind(opened.uid).bind_bytes(opened.seal).step();
 }
 
 void Writer::take(const EditedSession& edited) {
-  const std::string edit = sealed(edited.edit);
-  statements_->edit.again().bind(edited.uid).bind(edited.revision).bind_bytes(edit).step();
+  statements_->edit.again()
+      .bind(edited.uid)
+      .bind(edited.revision)
+      .bind_bytes(edited.edit)
+      .bind(edited.uid)
+      .step();
   statements_->touch.again().bind(edited.revision).bind(now_s()).bind(edited.uid).step();
 }
 
 void Writer::take(const SavedCheckpoint& saved) {
   database_.run(
       fmt::format("UPDATE form SET version = {} WHERE version < {}", kForm, kForm).c_str());
-  const std::string checkpoint = sealed(saved.checkpoint);
   statements_->checkpoint.again()
       .bind(saved.uid)
       .bind(saved.revision)
-      .bind_bytes(checkpoint)
+      .bind_bytes(saved.checkpoint)
       .bind(saved.uid)
       .step();
   statements_->advance.again().bind(saved.revision).bind(saved.uid).step();
@@ -277,6 +310,7 @@ void Writer::forget_superseded(std::uint64_t left) {
       statements_->oldest_edit.again();
       if (!is_any) {
         superseded_.erase(uid);
+        statements_->forget_removed.again().bind(uid).step();
         continue;
       }
       const std::uint64_t last = std::min(revision, first + left - 1);
@@ -294,7 +328,10 @@ void Writer::make_room(const std::set<std::uint64_t>& uids, const std::vector<Ke
   const Sparing sparing(database_);
   begin();
   try {
-    for (const std::uint64_t uid : uids) remove_but_edits(uid);
+    for (const std::uint64_t uid : uids) {
+      remove_but_edits(uid);
+      statements_->removed.again().bind(uid).step();
+    }
     for (const KeptReply& reply : replies) take(reply);
     commit();
   } catch (...) {
@@ -331,13 +368,12 @@ void Writer::give_back() noexcept {
 void Writer::take(const ClosedSession& closed) { remove(closed.uid); }
 
 void Writer::take(const KeptReply& reply) {
-  const std::string bytes = sealed(reply.reply);
   statements_->reply.again()
       .bind_text(reply.client)
       .bind(reply.id)
       .bind(reply.hash)
       .bind(now_s())
-      .bind_bytes(bytes)
+      .bind_bytes(reply.reply)
       .step();
   forget_replies_beyond(reply);
 }
@@ -365,18 +401,19 @@ void Writer::forget_replies_beyond(const KeptReply& newest) {
 void Writer::take(const StartedRun& run) {
   auto note = database_.prepare("INSERT OR REPLACE INTO runs VALUES(?, ?)");
   note.bind_text(run.instance).bind(now_s()).step();
+  auto seals = database_.prepare("INSERT OR REPLACE INTO sealing_runs VALUES(?)");
+  seals.bind_text(run.instance).step();
   // So many that a client finds its own among them, were it away for years.
   database_.run(
       "DELETE FROM runs WHERE instance NOT IN (SELECT instance FROM runs ORDER BY at DESC LIMIT "
-      "10000)");
+      "10000);"
+      "DELETE FROM sealing_runs WHERE instance NOT IN (SELECT instance FROM runs)");
 }
 
 void Writer::write_answer(std::uint64_t uid, const KeptAnswer& kept) {
-  const std::string answer = sealed(kept.answer);
-  statements_->answer.again().bind(uid).bind_bytes(answer).bind(uid).step();
+  statements_->answer.again().bind(uid).bind_bytes(kept.answer).bind(uid).step();
   if (kept.status.empty()) return;
-  const std::string status = sealed(kept.status);
-  statements_->status.again().bind(uid).bind_bytes(status).bind(uid).step();
+  statements_->status.again().bind(uid).bind_bytes(kept.status).bind(uid).step();
 }
 
 void Writer::forget_now_and_then() {
@@ -398,10 +435,10 @@ void Writer::forget_old() {
   begin();
   try {
     forget_replies();
-    // Of edits that were made while their session was being closed.
-    database_.run("DELETE FROM edits WHERE uid NOT IN (SELECT uid FROM sessions)");
     // Of sessions that an earlier server removed.
-    database_.run("DELETE FROM statuses WHERE uid NOT IN (SELECT uid FROM sessions)");
+    database_.run(
+        "DELETE FROM statuses WHERE uid NOT IN (SELECT uid FROM sessions);"
+        "DELETE FROM seals WHERE uid NOT IN (SELECT uid FROM sessions)");
     commit();
   } catch (...) {
     roll_back();

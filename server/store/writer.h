@@ -58,9 +58,10 @@ class Writer {
 
  private:
   void prepare();
+  void find_superseded();
   void demand_file() const;
   void check_is_limber_store();
-  void check_is_new() const;
+  void check_log();
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
   void take(const SavedCheckpoint& saved);
@@ -88,7 +89,7 @@ class Writer {
   struct Statements {
     Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
         forget_session, forget_edits, forget_answer, forget_status, forget_checkpoint, oldest_edit,
-        forget_until, status;
+        forget_until, status, seal, forget_seal, removed, forget_removed;
   };
   std::optional<Statements> statements_;
 };

@@ -30,10 +30,11 @@ void Transport::follow(const Address& address, Following wanted,
                        const std::function<void(const FollowAnswer&)>& answer) {
   auto begun =
       followers_.follow(address, std::move(wanted), ++last_local_peer_, Followers::Clock::now());
+  const std::uint64_t number = begun.follower == nullptr ? 0 : begun.follower->number;
   cut_off_displaced();
   answer(begun.answer);
-  if (begun.follower == nullptr) return;
-  call([this, number = begun.follower->number, fresh = std::move(begun.fresh)] {
+  if (number == 0) return;
+  call([this, number, fresh = std::move(begun.fresh)] {
     followers_.note_answer(number);
     for (const auto& topic : fresh) {
       const bool has_newest = topic.after != 0 && topic.after == sequence_of(topic.prefix);

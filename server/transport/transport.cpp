@@ -266,7 +266,7 @@ void Transport::drain() {
     const std::lock_guard lock(mutex_);
     items.swap(queue_);
   }
-  bool is_answered = false;
+  bool may_have_queued = false;
   for (auto& item : items) {
     if (auto* outgoing = std::get_if<Outgoing>(&item)) {
       send_now(*outgoing);
@@ -276,16 +276,21 @@ void Transport::drain() {
       end_connections(*ended);
     } else if (auto* event = std::get_if<LocalEvent>(&item)) {
       apply(*event);
-      is_answered = true;
+      may_have_queued = true;
     } else if (const auto* called = std::get_if<Call>(&item)) {
-      called->task();
+      try {
+        called->task();
+      } catch (const std::exception& fault) {  // the rest of the queue is others'
+        log::error("transport: {}", fault.what());
+      }
+      may_have_queued = true;
     } else {
       apply(std::get<NewKeys>(item));
     }
   }
   if (!slots_.empty()) flush_slots();
   // What was put into the queue meanwhile is for the next round, after the sockets had their turn.
-  if (is_answered) signal();
+  if (may_have_queued) signal();
 }
 
 void Transport::publish_now(const Publication& publication) {

@@ -284,7 +284,7 @@ def stored():
     for name, checkpoint in checkpoints():
         session = stored_pb2.StoredSession(version=2, session=name, uid=5, checkpoint=checkpoint)
         yield "checkpoint_" + name, b"x" + session.SerializeToString()
-        yield "checkpoint_row_" + name, SEPARATOR.join([b"s5,6:", b"c5,2:" + checkpoint.SerializeToString()])
+        yield "checkpoint_row_" + name, SEPARATOR.join([b"s5,2:", b"c5,2:" + checkpoint.SerializeToString()])
     all_edits = [edit for _, edit in edits()]
     for name, scene in scenes().items():
         session = stored_pb2.StoredSession(version=1, server_version="0.1.0", session=name, uid=5, kind="bodies")
@@ -295,10 +295,11 @@ def stored():
         session.answer.revision, session.answer.sequence = 6, 10
         session.answer.start.name = "start"
         yield "export_" + name, b"x" + session.SerializeToString()
-        rows = [b"s5,6:" + scene.SerializeToString()]
+        rows = [b"s5,2:" + scene.SerializeToString()]
         rows += [b"e5,%d:" % row.revision + row.SerializeToString() for row in session.edits[:2]]
         rows += [b"a5,0:" + session.answer.SerializeToString(), b"r1,2:" + service_pb2.Reply(version=1).SerializeToString()]
         yield "rows_" + name, SEPARATOR.join(rows)
+        yield "sealed_rows_" + name, SEPARATOR.join(row[:1].upper() + row[1:] for row in rows)
 
 
 def models():

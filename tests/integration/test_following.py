@@ -149,29 +149,6 @@ def test_one_that_is_stopped_is_cut_off_with_a_reason_and_goes_on_from_a_snapsho
     assert reader.finals[-last + 1:] == list(range(session.revision - last + 2, session.revision + 1))
 
 
-def test_a_stream_begins_with_its_answer(server, watched):
-    """However much is published meanwhile."""
-    session, reader = watched
-    is_over = threading.Event()
-
-    def edit():
-        while not is_over.is_set():
-            drag(session, reader, edits=2)
-
-    thread = threading.Thread(target=edit)
-    thread.start()
-    try:
-        for _ in range(40):
-            follower = Follower(server.connection.endpoint, [POSITIONS.format(session.id)])
-            follower.ask()
-            assert isinstance(follower.receive(), Reply)
-            assert isinstance(follower.receive(), tuple)
-            follower.close()
-    finally:
-        is_over.set()
-        thread.join()
-
-
 def test_who_was_away_gets_a_snapshot_of_what_followed_and_nothing_where_nothing_did(server, watched):
     session, reader = watched
     topic = POSITIONS.format(session.id)

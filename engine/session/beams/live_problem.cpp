@@ -159,7 +159,7 @@ void LiveBeams::keep(const SharedConditions& conditions, beams::BeamStructure&& 
   estimate_.reset();
   next_cut_.reset();
   std::erase_if(known_, [&](const Place& place) {
-    // Nobody can come back to what only this list has.
+    // Undo leads to the conditions that the document holds, by their address.
     return place.conditions == conditions || place.conditions.use_count() == 1;
   });
   known_.push_back(good_);

@@ -112,7 +112,8 @@ class LiveBeams {
   Place good_;              // the last equilibrium
   // The shape to begin from, which nobody knows to be in balance; none once it has led somewhere.
   std::optional<Place> given_;
-  std::deque<Place> known_;                                // the latest last
+  // The latest last. Conditions that nobody else holds go: there are no weak pointers to them.
+  std::deque<Place> known_;
   std::optional<beams::DiscretisationEstimate> estimate_;  // of good_
   std::optional<beams::Subdivision> next_cut_;             // that the next solve begins with
 };

@@ -3,9 +3,10 @@
 //
 // An input that begins with 'x' is an exported session. Of others, lines of a row each: a table's
 // letter (s: a session, e: an edit, a: an answer, c: a checkpoint, r: a reply), numbers, and behind
-// ':' the value; a row ends with "\n%%%\n".
+// ':' the value; a row ends with "\n%%%\n". Rows with a capital letter are sealed.
 #include <unistd.h>
 
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "server/kinds/linkages/checkpoint.h"
 #include "server/log/log.h"
 #include "server/service/imported_session.h"
+#include "server/store/row_seal.h"
 #include "server/store/store.h"
 #include "server/wire/errors.h"
 #include "server/wire/wire_check.h"
@@ -78,10 +80,10 @@ class Rows {
     fs::remove_all(folder_);
   }
   void clear() {
-    for (const char* table : {"sessions", "edits", "answers", "checkpoints", "replies"})
+    for (const char* table : {"sessions", "edits", "answers", "checkpoints", "replies", "seals"})
       writer_->run((std::string("DELETE FROM ") + table).c_str());
   }
-  void add(std::string_view row);
+  void add(std::string_view given);
   void begin() { writer_->run("BEGIN IMMEDIATE"); }
   void commit() { writer_->run("COMMIT"); }
   [[nodiscard]] store::Store& store() { return *store_; }
@@ -105,13 +107,21 @@ std::uint64_t take_number(std::string_view& text) {
   return number;
 }
 
-void Rows::add(std::string_view row) {
-  if (row.empty()) return;
-  const char table = row.front();
-  row.remove_prefix(1);
-  const std::uint64_t first = take_number(row), second = take_number(row);
+void Rows::add(std::string_view given) {
+  if (given.empty()) return;
+  const auto letter = static_cast<unsigned char>(given.front());
+  const auto table = static_cast<char>(std::tolower(letter));
+  const bool is_sealed = std::isupper(letter) != 0;
+  given.remove_prefix(1);
+  const std::uint64_t first = take_number(given), second = take_number(given);
+  std::string row(given);
+  if (is_sealed && table != 's') store::add_seal(row);
   switch (table) {
     case 's':
+      if (is_sealed) {
+        insert("INSERT OR REPLACE INTO seals VALUES(?1, ?3, ?2)", first, 0,
+               store::seal_of({"s" + std::to_string(first), "bodies", row}));
+      }
       return insert(
           "INSERT OR REPLACE INTO sessions SELECT ?1, CAST('s' || ?1 AS TEXT), 'bodies', ?3, ?3, "
           "?2, 9000000000",

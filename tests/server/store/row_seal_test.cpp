@@ -2,75 +2,74 @@
 
 #include <gtest/gtest.h>
 
+#include "limber/v1/service.pb.h"
 #include "limber/v1/stored.pb.h"
 
 namespace limber::server::store {
 namespace {
 
-using limber::v1::StoredEdit;
+namespace proto = limber::v1;
 
-StoredEdit edit_of(std::uint64_t revision) {
-  StoredEdit edit;
-  edit.set_revision(revision);
+proto::StoredEdit an_edit() {
+  proto::StoredEdit edit;
+  edit.set_revision(12);
   edit.set_client_name("Ana");
-  auto& added = *edit.add_edits()->mutable_move();
-  added.set_id(7);
-  added.mutable_target()->set_x(0.1);
-  added.mutable_target()->set_z(-2.5);
+  auto& move = *edit.add_edits()->mutable_move();
+  move.set_id(7);
+  move.mutable_target()->set_z(-2.5);
   return edit;
 }
 
-std::string flipped(std::string row, std::size_t bit) {
-  row[bit / 8] = static_cast<char>(row[bit / 8] ^ (1 << bit % 8));
-  return row;
-}
-
-TEST(RowSeal, TellsEachFlippedBit) {
-  const std::string message = edit_of(12).SerializeAsString();
-  const std::string row = sealed(message);
-  EXPECT_EQ(unsealed(row).message, message);
-  EXPECT_FALSE(unsealed(row).is_damaged);
+TEST(RowSeal, IsWrongBehindEachFlippedBit) {
+  const std::string message = an_edit().SerializeAsString();
+  std::string row = message;
+  add_seal(row);
+  std::string whole = row;
+  EXPECT_EQ(take_seal(whole), Seal::kRight);
+  EXPECT_EQ(whole, message);
   for (std::size_t bit = 0; bit < 8 * row.size(); ++bit) {
-    const Unsealed found = unsealed(flipped(row, bit));
-    if (found.is_damaged) continue;
-    // A bit of the mark: the message, which was not hit, is read with the seal as a field.
-    StoredEdit edit;
-    ASSERT_TRUE(bit / 8 >= message.size());
-    if (!edit.ParseFromString(found.message)) continue;
-    edit.clear_seal();
-    edit.DiscardUnknownFields();
-    EXPECT_EQ(edit.SerializeAsString(), message) << bit;
+    std::string flipped = row;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << bit % 8));
+    const bool is_of_mark = bit / 8 >= message.size() && bit / 8 < row.size() - 8;
+    EXPECT_EQ(take_seal(flipped), is_of_mark ? Seal::kNone : Seal::kWrong) << bit;
   }
 }
 
-TEST(RowSeal, TellsBytesThatAreMissing) {
-  const std::string row = sealed(edit_of(12).SerializeAsString());
-  for (std::size_t begin = 1; begin < row.size(); ++begin)
-    EXPECT_TRUE(unsealed(row.substr(begin)).is_damaged || row.size() - begin < 15) << begin;
-}
-
-TEST(RowSeal, IsOfWhatIsBesideTheMessage) {
-  const std::string row = sealed("status", {"name", "scene"});
-  EXPECT_FALSE(unsealed(row, {"name", "scene"}).is_damaged);
-  EXPECT_TRUE(unsealed(row, {"name", "scenf"}).is_damaged);
-  EXPECT_TRUE(unsealed(row, {"names", "cene"}).is_damaged);
-  EXPECT_TRUE(unsealed(row).is_damaged);
-}
-
-TEST(RowSeal, IsNotDemandedOfRowsOfEarlierServers) {
-  for (const std::string& row :
-       {std::string(), std::string("short"), edit_of(3).SerializeAsString()}) {
-    EXPECT_EQ(unsealed(row).message, row);
-    EXPECT_FALSE(unsealed(row).is_damaged);
+TEST(RowSeal, IsNotThereWhereTheEndIsMissing) {
+  std::string row = an_edit().SerializeAsString();
+  add_seal(row);
+  for (std::size_t length = 0; length < row.size(); ++length) {
+    std::string cut = row.substr(0, length);
+    EXPECT_EQ(take_seal(cut), Seal::kNone) << length;
   }
 }
 
-TEST(RowSeal, IsPassedOverByServersThatKnowNone) {
-  // To them it is a field that is unknown, as one is to StoredMaker.
-  limber::v1::StoredMaker maker;
-  maker.set_revision(5);
-  ASSERT_TRUE(maker.ParseFromString(sealed(maker.SerializeAsString())));
-  EXPECT_EQ(maker.revision(), 5U);
+TEST(RowSeal, IsOfAllItsValues) {
+  EXPECT_EQ(seal_of({"name", "scene"}), seal_of({"name", "scene"}));
+  EXPECT_NE(seal_of({"name", "scene"}), seal_of({"names", "cene"}));
+}
+
+/// As servers do that know no seals.
+template <class Message>
+void expect_passed_over() {
+  const auto& type = *Message::descriptor();
+  EXPECT_EQ(type.FindFieldByNumber(1000) == nullptr, type.FindFieldByName("seal") == nullptr);
+  std::string row;
+  add_seal(row);
+  Message message;
+  ASSERT_TRUE(message.ParseFromString(row)) << type.name();
+  if (type.FindFieldByName("seal") != nullptr) return;
+  EXPECT_EQ(message.GetReflection()->GetUnknownFields(message).field_count(), 1) << type.name();
+  message.DiscardUnknownFields();
+  EXPECT_EQ(message.ByteSizeLong(), 0U) << type.name();
+}
+
+TEST(RowSeal, IsAFieldOfItsOwnInAllThatIsStored) {
+  expect_passed_over<proto::StoredEdit>();
+  expect_passed_over<proto::StoredAnswer>();
+  expect_passed_over<proto::StoredCheckpoint>();
+  expect_passed_over<proto::SessionStatus>();
+  expect_passed_over<proto::Reply>();
 }
 
 }  // namespace
