@@ -1,5 +1,6 @@
 #include "server/store/log_check.h"
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <span>
@@ -43,16 +44,18 @@ bool is_sound(const Words& header) {
 
 }  // namespace
 
-std::uint64_t lost_transactions(const std::filesystem::path& log, std::uint64_t frames) {
+std::uint64_t lost_transactions(const std::filesystem::path& log, std::uint64_t frames,
+                                std::uint64_t page_bytes) {
   std::ifstream file(log, std::ios::binary);
   Words header{};
   if (!read(file, 0, header)) return 0;
   // Of page number, pages behind a transaction (0 within it), two salts, two sums.
   std::array<std::uint32_t, 6> frame{};
-  const std::uint64_t stride = kFrameHeaderBytes + (header[2] == 1 ? 65536 : header[2]);
+  const std::uint64_t stride = kFrameHeaderBytes + page_bytes;
   std::uint32_t salts[2] = {header[4], header[5]};
-  if (!is_sound(header)) {  // SQLite has read nothing of it
-    if (header[2] < 512 || !read(file, kHeaderBytes, frame)) return 0;
+  const bool is_header_lost = !is_sound(header);  // SQLite has read nothing then
+  if (is_header_lost) {
+    if (!read(file, kHeaderBytes, frame)) return 0;
     salts[0] = frame[2];
     salts[1] = frame[3];
   }
@@ -65,7 +68,7 @@ std::uint64_t lost_transactions(const std::filesystem::path& log, std::uint64_t 
     if (!read(file, kHeaderBytes + i * stride, frame)) break;
     if (frame[2] == salts[0] && frame[3] == salts[1] && frame[1] != 0) ++lost;
   }
-  return lost;
+  return is_header_lost ? std::max<std::uint64_t>(lost, 1) : lost;
 }
 
 }  // namespace limber::server::store

@@ -81,7 +81,8 @@ class SessionRows {
     auto row = rows("SELECT revision, checkpoint FROM checkpoints WHERE uid = ?");
     if (!row.step()) return 0;
     auto& checkpoint = *stored_.mutable_checkpoint();
-    if (!read_into(checkpoint, row.bytes(1)) || checkpoint.revision() != row.number(0))
+    if (!read_into(checkpoint, row.bytes(1), place_of("checkpoints", uid_, row.number(0))) ||
+        checkpoint.revision() != row.number(0))
       refuse("its checkpoint is damaged");
     stored_.set_version(Store::kWithCheckpoint);
     return checkpoint.revision();
@@ -95,7 +96,7 @@ class SessionRows {
     while (row.step()) {
       if (row.number(0) != ++after) refuse_gap(after);
       auto& edit = *stored_.add_edits();
-      const auto bytes = unsealed(row.bytes(1));
+      const auto bytes = unsealed(row.bytes(1), place_of("edits", uid_, after));
       const bool is_read =
           bytes && (edit.ParseFromString(*bytes) || edit.ParseFromString(without_client(*bytes)));
       if (!is_read || edit.revision() != after)
@@ -109,7 +110,9 @@ class SessionRows {
     try {
       auto row = rows("SELECT answer FROM answers WHERE uid = ?");
       auto status = rows("SELECT 1 FROM statuses WHERE uid = ?");  // written beside an answer
-      is_damaged = row.step() ? !read_into(*stored_.mutable_answer(), row.bytes(0)) : status.step();
+      is_damaged = row.step() ? !read_into(*stored_.mutable_answer(), row.bytes(0),
+                                           place_of("answers", uid_))
+                              : status.step();
     } catch (const DamagedFile&) {
       is_damaged = true;
     }
@@ -120,13 +123,14 @@ class SessionRows {
   }
 
   /// @returns the message; nothing where it is not as it was written
-  std::optional<std::string> unsealed(std::string row) const {
-    const Seal seal = take_seal(row);
+  std::optional<std::string> unsealed(std::string row, const std::string& place) const {
+    const Seal seal = take_seal(row, place);
     if (seal == Seal::kWrong || (seal == Seal::kNone && must_be_sealed_)) return std::nullopt;
     return row;
   }
-  bool read_into(google::protobuf::Message& message, std::string row) const {
-    const auto bytes = unsealed(std::move(row));
+  bool read_into(google::protobuf::Message& message, std::string row,
+                 const std::string& place) const {
+    const auto bytes = unsealed(std::move(row), place);
     return bytes && message.ParseFromString(*bytes);
   }
   Statement rows(const char* sql) {

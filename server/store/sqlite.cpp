@@ -15,7 +15,7 @@ namespace {
   const std::string message = fmt::format("the store {}: {}", file, text);
   const int kind = code & 0xff;  // of an extended code
   if (kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB)
-    throw DamagedFile(message + "; bring the file back from a copy");
+    throw DamagedFile(message + "; bring the file back from a copy, without those of its log");
   throw Error(ErrorCode::kIo, "", message);
 }
 
@@ -59,6 +59,10 @@ void Database::fold_log() {
   const std::uint64_t available = std::filesystem::space(file_, fault).available;
   if (!fault && bytes > present && bytes - present > available) return;
   run("PRAGMA wal_checkpoint(TRUNCATE)");
+}
+
+void Database::leave_log() noexcept {
+  sqlite3_db_config(handle_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }
 
 void Database::roll_back() noexcept {

@@ -37,6 +37,8 @@ class Database {
   /// Does nothing where the disk has no room for the file to grow by that: half of it would take
   /// the last room for nothing. @throws Error{kIo}
   void fold_log();
+  /// The log is not brought into the file when this is closed.
+  void leave_log() noexcept;
   /// Undoes what was begun; does nothing where nothing was.
   void roll_back() noexcept;
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }

@@ -46,14 +46,18 @@ bool is_of_session(const Change& change) {
 }
 
 void seal(OpenedSession& opened) {
-  add_seal(opened.status);
+  add_seal(opened.status, place_of("sessions", opened.uid));
   // The scene has none of its own: exports have it as it is, and older servers import no scene with
   // a field that they do not know.
   opened.seal = seal_of({opened.name, opened.kind, opened.scene});
 }
-void seal(EditedSession& edited) { add_seal(edited.edit); }
-void seal(SavedCheckpoint& saved) { add_seal(saved.checkpoint); }
-void seal(KeptReply& kept) { add_seal(kept.reply); }
+void seal(EditedSession& edited) {
+  add_seal(edited.edit, place_of("edits", edited.uid, edited.revision));
+}
+void seal(SavedCheckpoint& saved) {
+  add_seal(saved.checkpoint, place_of("checkpoints", saved.uid, saved.revision));
+}
+void seal(KeptReply& kept) { add_seal(kept.reply, place_of_reply(kept.client, kept.id)); }
 void seal(const ClosedSession& /*has nothing*/) {}
 void seal(const StartedRun& /*has nothing*/) {}
 
@@ -141,8 +145,8 @@ void Store::append(std::vector<Change> changes, Done done, Keep keep) {
 }
 
 void Store::keep_answer(std::uint64_t uid, KeptAnswer answer, Done done) {
-  add_seal(answer.answer);
-  if (!answer.status.empty()) add_seal(answer.status);
+  add_seal(answer.answer, place_of("answers", uid));
+  if (!answer.status.empty()) add_seal(answer.status, place_of("statuses", uid));
   std::string fault;
   {
     const std::lock_guard lock(mutex_);
@@ -410,14 +414,17 @@ std::vector<StoredHead> Store::heads() {
   while (rows.step()) {
     StoredHead head{rows.number(0), rows.number(1), rows.bytes(2),
                     rows.bytes(3),  rows.bytes(6),  rows.number(5)};
-    const auto is_damaged = [&head] { return take_seal(head.status) == Seal::kWrong; };
-    if (head.status.empty()) head.status = rows.bytes(4);
-    if (is_damaged()) {
+    const auto is_damaged = [&head](const char* table) {
+      return take_seal(head.status, place_of(table, head.uid)) == Seal::kWrong;
+    };
+    const bool is_newer = !head.status.empty();
+    if (!is_newer) head.status = rows.bytes(4);
+    if (is_damaged(is_newer ? "statuses" : "sessions")) {
       log::warn(log::Fields{{"session", head.name}},
                 "the stored state of session {} is damaged: lists show it as it was opened",
                 head.name);
       head.status = rows.bytes(4);
-      if (is_damaged()) head.status.clear();
+      if (is_damaged("sessions")) head.status.clear();
     }
     heads.push_back(std::move(head));
   }
@@ -450,7 +457,7 @@ std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
   rows.bind(seconds);
   while (rows.step()) {
     KeptReply kept{rows.bytes(0), rows.number(1), rows.number(2), rows.bytes(3)};
-    if (take_seal(kept.reply) == Seal::kWrong) {
+    if (take_seal(kept.reply, place_of_reply(kept.client, kept.id)) == Seal::kWrong) {
       log::warn("the stored reply to request {} of client {} is damaged", kept.id, kept.client);
       kept.reply.clear();
     }

@@ -84,7 +84,8 @@ Writer::Writer(const StoreOptions& options)
       database_(options.file(), Database::Access::kWrite),
       identity_(identity_of(options.file())) {
   check_is_limber_store();
-  check_log();
+  check_structure();
+  if (damage_.empty()) check_log();
   // Before the file has pages. Where it has, this would be a change, for which there may be no
   // room.
   const auto vacuums = [this] {
@@ -179,7 +180,7 @@ void Writer::prepare() {
       sql("DELETE FROM seals WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO removed_sessions VALUES(?)"),
       sql("DELETE FROM removed_sessions WHERE uid = ?")});
-  find_superseded();
+  if (damage_.empty()) find_superseded();
 }
 
 /// What a server left that ended right behind a checkpoint, or while it removed a session. Which
@@ -191,20 +192,39 @@ void Writer::find_superseded() {
   while (checkpoints.step()) {
     std::string row = checkpoints.bytes(2);
     proto::StoredCheckpoint checkpoint;
-    if (take_seal(row) != Seal::kWrong && checkpoint.ParseFromString(row) &&
+    const std::string place = place_of("checkpoints", checkpoints.number(0), checkpoints.number(1));
+    if (take_seal(row, place) != Seal::kWrong && checkpoint.ParseFromString(row) &&
         checkpoint.revision() == checkpoints.number(1))
       superseded_[checkpoints.number(0)] = checkpoint.revision();
   }
-  auto removed = database_.prepare("SELECT uid FROM removed_sessions");
+  // One that is listed was not removed.
+  auto removed = database_.prepare(
+      "SELECT uid FROM removed_sessions WHERE uid NOT IN (SELECT uid FROM sessions)");
   while (removed.step()) superseded_[removed.number(0)] = kLastRevision;
   auto unlisted = database_.prepare(
-      "SELECT count(DISTINCT uid) FROM edits WHERE uid NOT IN (SELECT uid FROM sessions) AND"
+      "SELECT count(*) FROM (SELECT uid FROM edits UNION SELECT uid FROM answers UNION"
+      " SELECT uid FROM checkpoints) WHERE uid NOT IN (SELECT uid FROM sessions) AND"
       " uid NOT IN (SELECT uid FROM removed_sessions)");
   if (unlisted.step() && unlisted.number(0) > 0)
     log::error(
-        "the store {} has edits of {} sessions that it does not list: it may be damaged, and they "
-        "are kept",
+        "the store {} has edits or answers of {} sessions that it does not list: it may be "
+        "damaged, "
+        "and they are kept",
         database_.file().string(), unlisted.number(0));
+}
+
+/// A page that two tables have, as a damaged number may say, would be lost with the row of one that
+/// is removed: to a file that is damaged so, nothing is written.
+void Writer::check_structure() {
+  auto found = database_.prepare("PRAGMA quick_check(1)");
+  if (!found.step() || found.bytes(0) == "ok") return;
+  damage_ = fmt::format(
+      "the store {} is damaged, and nothing is changed in it ({}): what can be read can be "
+      "exported; bring the file back from a copy, without the files {}-wal and -shm",
+      database_.file().string(), found.bytes(0), database_.file().filename().string());
+  std::replace(damage_.begin(), damage_.end(), '\n', ' ');
+  database_.leave_log();
+  log::error("{}", damage_);
 }
 
 /// Where a frame of the log is damaged, SQLite drops it and all behind it.
@@ -212,9 +232,15 @@ void Writer::check_log() {
   auto state = database_.prepare("PRAGMA wal_checkpoint(PASSIVE)");
   if (!state.step()) return;
   std::filesystem::path file = database_.file();
-  const std::uint64_t lost = lost_transactions(file += "-wal", state.number(1));
+  const std::uint64_t frames = state.number(1);
+  auto size = database_.prepare("PRAGMA page_size");
+  const std::uint64_t lost =
+      size.step() ? lost_transactions(file += "-wal", frames, size.number(0)) : 0;
   if (lost > 0)
-    log::error("the log {} is damaged: its last {} transactions are lost", file.string(), lost);
+    log::error(
+        "the log {} is damaged: its last {} transactions cannot be read, and what they had "
+        "acknowledged is lost",
+        file.string(), lost);
 }
 
 void Writer::begin() {
@@ -224,6 +250,7 @@ void Writer::begin() {
 
 /// What is written to a file that was removed or moved away is there for nobody.
 void Writer::demand_file() const {
+  if (!damage_.empty()) throw DamagedFile(damage_);
   const FileIdentity found = identity_of(database_.file());
   if (found == identity_ && found != FileIdentity{}) return;
   throw Error(ErrorCode::kIo, "",
@@ -343,6 +370,7 @@ void Writer::make_room(const std::set<std::uint64_t>& uids, const std::vector<Ke
 }
 
 void Writer::give_back() noexcept {
+  if (!damage_.empty()) return;
   const auto try_to = [](auto step) {
     try {
       step();

@@ -61,6 +61,7 @@ class Writer {
   void find_superseded();
   void demand_file() const;
   void check_is_limber_store();
+  void check_structure();
   void check_log();
   void take(const OpenedSession& opened);
   void take(const EditedSession& edited);
@@ -86,6 +87,7 @@ class Writer {
   std::map<std::string, ClientReplies> replies_;
   Database database_;
   const FileIdentity identity_;  // of its file, as it was opened
+  std::string damage_;           // of the file, why nothing is written; empty: none
   struct Statements {
     Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
         forget_session, forget_edits, forget_answer, forget_status, forget_checkpoint, oldest_edit,

@@ -107,6 +107,12 @@ std::uint64_t take_number(std::string_view& text) {
   return number;
 }
 
+std::string place_of(char table, std::uint64_t first, std::uint64_t second) {
+  if (table == 'r') return store::place_of_reply("client", first);
+  if (table == 'a') return store::place_of("answers", first);
+  return store::place_of(table == 'e' ? "edits" : "checkpoints", first, second);
+}
+
 void Rows::add(std::string_view given) {
   if (given.empty()) return;
   const auto letter = static_cast<unsigned char>(given.front());
@@ -115,7 +121,7 @@ void Rows::add(std::string_view given) {
   given.remove_prefix(1);
   const std::uint64_t first = take_number(given), second = take_number(given);
   std::string row(given);
-  if (is_sealed && table != 's') store::add_seal(row);
+  if (is_sealed && table != 's') store::add_seal(row, place_of(table, first, second));
   switch (table) {
     case 's':
       if (is_sealed) {

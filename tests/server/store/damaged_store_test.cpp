@@ -129,7 +129,7 @@ TEST_F(DamagedStore, NumbersOfRowsAreThoseOfTheirMessages) {
   write_session(store);
   const auto refusal_with = [&](const std::string& change, const std::string& back) {
     run(change);
-    const std::string why = refusal(store);
+    std::string why = refusal(store);
     run(back);
     EXPECT_EQ(refusal(store), "");
     return why;
@@ -180,6 +180,37 @@ TEST_F(DamagedStore, DamagedStatesAndRepliesAreKnown) {
   const KeptReply kept = store.replies(kReplySeconds).at(0);
   EXPECT_EQ(kept.reply, "") << "not to be done again";
   EXPECT_EQ(kept.id, 3U);
+}
+
+TEST_F(DamagedStore, ASessionThatIsListedWasNotRemoved) {
+  {
+    Store store(options_);
+    write_session(store);
+  }
+  run("INSERT INTO removed_sessions VALUES(7)");
+  { const Store store(options_); }
+  EXPECT_EQ(count_in("edits"), 2U);
+}
+
+TEST_F(DamagedStore, NothingIsWrittenToAFileWhosePagesAreMixedUp) {
+  {
+    Store store(options_);
+    write_session(store);
+  }
+  const auto number_of = [&](const char* sql) {
+    Database database(options_.file(), Database::Access::kRead);
+    auto rows = database.prepare(sql);
+    EXPECT_TRUE(rows.step());
+    return rows.number(0);
+  };
+  const std::uint64_t edits = number_of("SELECT rootpage FROM sqlite_master WHERE name = 'edits'");
+  run("PRAGMA writable_schema = ON; UPDATE sqlite_master SET rootpage = " + std::to_string(edits) +
+      " WHERE name = 'removed_sessions'");
+  Store store(options_);
+  EXPECT_EQ(refusal(store), "");
+  EXPECT_THROW(write(store, {edited(7, 5)}), Error);
+  EXPECT_THAT(store.fault(), HasSubstr("is damaged, and nothing is changed in it"));
+  EXPECT_EQ(count_in("edits"), 2U);
 }
 
 TEST_F(DamagedStore, RowsOfEarlierServersAreRead) {
@@ -243,13 +274,15 @@ TEST_F(DamagedStore, TransactionsBehindADamagedFrameOfTheLogAreSaid) {
     Database database(away, Database::Access::kWrite);
     auto state = database.prepare("PRAGMA wal_checkpoint(PASSIVE)");
     EXPECT_TRUE(state.step());
-    return lost_transactions(log_of(away), state.number(1));
+    return lost_transactions(log_of(away), state.number(1), 4096);
   };
   EXPECT_EQ(lost(whole), 0U);
   EXPECT_EQ(lost(whole.substr(0, whole.size() - 100)), 0U) << "one that was being written";
   const std::size_t frame = 24 + 4096;
   EXPECT_EQ(lost(with_flipped(whole, 8 * (whole.size() - 4 * frame + 500))), 2U) << "of two pages";
   EXPECT_GT(lost(with_flipped(whole, 8 * 17)), 20U) << "a salt of the log";
+  EXPECT_GT(lost(with_flipped(whole, 8 * 10)), 20U) << "its size of pages";
+  EXPECT_EQ(lost(std::string(frame, '\0') + whole.substr(frame)), 1U) << "at least";
   EXPECT_GT(lost(with_flipped(whole, 8 * (32 + frame / 2))), 20U);
 }
 
