@@ -13,6 +13,7 @@
 #include "server/service/gated_executor.h"
 #include "server/wire/edits.h"
 #include "server/wire/errors.h"
+#include "server/wire/readable.h"
 
 namespace limber::server {
 namespace {
@@ -63,12 +64,14 @@ void KeptSessions::recall(StoredReplies& replies) {
   runs_ = hub_.store->begin_run(hub_.run.instance);
   const auto heads = hub_.store->heads();
   for (const auto& head : heads) {
-    SessionRegistry::Parked parked{{head.name, head.uid}, {}};
+    // A damaged name is listed as far as it can be read.
+    const std::string name = readable(head.name);
+    SessionRegistry::Parked parked{{name, head.uid}, {}};
     // What cannot be read is left out of a list.
     if (!parked.status.ParseFromString(head.status)) parked.status.Clear();
-    parked.status.set_session(head.name);
+    parked.status.set_session(name);
     parked.status.set_uid(head.uid);
-    parked.status.set_kind(head.kind);
+    parked.status.set_kind(readable(head.kind));
     parked.status.set_revision(head.revision);
     parked.status.set_state(proto::SESSION_STATE_PARKED);
     parked.status.set_is_stored(true);
