@@ -229,13 +229,10 @@ void Writer::check_structure() {
 
 /// Where a frame of the log is damaged, SQLite drops it and all behind it.
 void Writer::check_log() {
-  auto state = database_.prepare("PRAGMA wal_checkpoint(PASSIVE)");
-  if (!state.step()) return;
-  std::filesystem::path file = database_.file();
-  const std::uint64_t frames = state.number(1);
   auto size = database_.prepare("PRAGMA page_size");
-  const std::uint64_t lost =
-      size.step() ? lost_transactions(file += "-wal", frames, size.number(0)) : 0;
+  if (!size.step()) return;
+  std::filesystem::path file = database_.file();
+  const std::uint64_t lost = lost_transactions(file += "-wal", size.number(0));
   if (lost > 0)
     log::error(
         "the log {} is damaged: its last {} transactions cannot be read, and what they had "

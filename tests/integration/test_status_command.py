@@ -42,7 +42,7 @@ def test_it_tells_of_sessions_rates_and_the_slowest(launch, status, tmp_path):
     assert (name, kind, state, people, edits) == ("flower", "bodies", "ready", "1", "3")
     assert float(memory) > 0 and unit in ("kB", "MB")
     for words in ("edits      0.0/s now", "acks       half within", "slowest    session flower:", "dropped    0 requests, 0 replies",
-                  "store      1 sessions (0 parked)", "process "):
+                  "store      1 session (0 parked)", "process "):
         assert words in process.stdout, process.stdout
     assert server.info().web_token not in process.stdout
 
