@@ -5,11 +5,12 @@ import os
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 
 import limber
 import pytest
-from conftest import small_scene, tip_of
+from conftest import ROOT, small_scene, tip_of
 from test_restarts import Restartable
 from test_stored_sessions import folder, kept, server, settle  # noqa: F401 (fixtures)
 
@@ -161,3 +162,11 @@ def test_a_damaged_page_is_an_error_and_no_crash(kept, server, folder):
     ended = subprocess.run(kept.command, capture_output=True, text=True, timeout=20)
     assert ended.returncode == 1 and str(file) in ended.stderr and "malformed" in ended.stderr
     assert "disk is full" not in ended.stderr and (folder / "sessions.reserve").exists()
+
+
+@pytest.mark.timeout(120)
+def test_no_bit_that_is_flipped_changes_anything_in_silence():
+    """A few of tests/chaos/flips.py."""
+    script = ROOT / "tests" / "chaos" / "flips.py"
+    ended = subprocess.run([sys.executable, str(script), "--trials", "20", "--seed", "3"], capture_output=True, text=True, timeout=110)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
