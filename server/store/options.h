@@ -35,6 +35,8 @@ struct StoreOptions {
   std::chrono::milliseconds retry{500};
 
   [[nodiscard]] std::filesystem::path file() const { return folder / "sessions.sqlite"; }
+  /// SQLite's own, beside it.
+  [[nodiscard]] std::filesystem::path log() const { return folder / "sessions.sqlite-wal"; }
   [[nodiscard]] std::filesystem::path reserve() const { return folder / "sessions.reserve"; }
   /// @throws Error{kInvalidArgument} naming the option
   void validate() const;

@@ -21,12 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uint64_t size_of(const fs::path& file) {
-  std::error_code none;
-  const auto size = fs::file_size(file, none);
-  return none ? 0 : size;
-}
-
 StoreOptions validated(StoreOptions options) {
   options.validate();
   return options;
@@ -412,20 +406,18 @@ std::vector<StoredHead> Store::heads() {
       "SELECT uid, revision, name, kind, sessions.status, touched, statuses.status"
       " FROM sessions LEFT JOIN statuses USING(uid) ORDER BY touched");
   while (rows.step()) {
-    StoredHead head{rows.number(0), rows.number(1), rows.bytes(2),
-                    rows.bytes(3),  rows.bytes(6),  rows.number(5)};
-    const auto is_damaged = [&head](const char* table) {
-      return take_seal(head.status, place_of(table, head.uid)) == Seal::kWrong;
-    };
-    const bool is_newer = !head.status.empty();
-    if (!is_newer) head.status = rows.bytes(4);
-    if (is_damaged(is_newer ? "statuses" : "sessions")) {
+    StoredHead head{rows.number(0), rows.number(1), rows.bytes(2), rows.bytes(3), {},
+                    rows.number(5)};
+    /// Empty where there is none, or it is damaged.
+    const auto status_in = [&](int column, const char* table) {
+      std::string status = rows.bytes(column);
+      if (take_seal(status, place_of(table, head.uid)) != Seal::kWrong) return status;
       log::warn(log::Fields{{"session", head.name}},
-                "the stored state of session {} is damaged: lists show it as it was opened",
-                head.name);
-      head.status = rows.bytes(4);
-      if (is_damaged("sessions")) head.status.clear();
-    }
+                "the stored state of session {} is damaged: lists show an older one", head.name);
+      return std::string();
+    };
+    head.status = status_in(6, "statuses");
+    if (head.status.empty()) head.status = status_in(4, "sessions");
     heads.push_back(std::move(head));
   }
   return heads;
@@ -467,10 +459,7 @@ std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
 }
 
 Store::Counts Store::counts() const {
-  const fs::path file = this->file();
-  fs::path log = file;
-  log += "-wal";
-  const std::uint64_t bytes = size_of(file) + size_of(log);
+  const std::uint64_t bytes = length_of(options_.file()) + length_of(options_.log());
   const std::lock_guard lock(mutex_);
   return {bytes, commits_, changes_, options_.durability == Durability::kPower ? commits_ : 0};
 }

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cstdint>
-#include <filesystem>
 #include <string>
 #include <system_error>
 
@@ -13,33 +11,28 @@
 #include "server/log/log.h"
 
 namespace limber::server::store {
-namespace {
 
 namespace fs = std::filesystem;
 
-/// 0 where there is no such file.
-std::uintmax_t length_of(const fs::path& file) {
+std::uint64_t length_of(const fs::path& file) {
   std::error_code fault;
-  const auto size = fs::file_size(file, fault);
-  return fault ? 0 : size;
+  const auto length = fs::file_size(file, fault);
+  return fault ? 0 : length;
 }
-
-}  // namespace
 
 void prepare_store_file(const StoreOptions& options) {
   // SQLite reads a shorter file as an empty database, and refuses longer ones that are damaged.
-  constexpr std::uintmax_t kLeastRead = 2;
+  constexpr std::uint64_t kLeastRead = 2;
   const fs::path file = options.file();
-  const fs::path log = fs::path(file) += "-wal";
   std::error_code fault;
   const bool is_there = fs::exists(file, fault), had_reserve = fs::exists(options.reserve(), fault);
-  if (const std::uintmax_t bytes = length_of(file); bytes < kLeastRead) {
+  if (const std::uint64_t bytes = length_of(file); bytes < kLeastRead) {
     const std::string what = is_there ? fmt::format("has a length of {}", bytes) : "is missing";
-    if (length_of(log) > 0)
+    if (length_of(options.log()) > 0)
       throw Error(ErrorCode::kFailedPrecondition, "--data",
                   fmt::format("{} {}, but its log {} is there: bring the file back from a copy, or "
                               "move the log away to begin with an empty store",
-                              file.string(), what, log.string()));
+                              file.string(), what, options.log().string()));
     if (bytes > 0 || (is_there && had_reserve))
       throw Error(ErrorCode::kFailedPrecondition, "--data",
                   fmt::format("{} {}, but was a store before: bring it back from a copy, or remove "

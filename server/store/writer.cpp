@@ -207,9 +207,8 @@ void Writer::find_superseded() {
       " uid NOT IN (SELECT uid FROM removed_sessions)");
   if (unlisted.step() && unlisted.number(0) > 0)
     log::error(
-        "the store {} has edits or answers of {} sessions that it does not list: it may be "
-        "damaged, "
-        "and they are kept",
+        "the store {} has edits or answers of {} sessions that it does not list: it may be damaged,"
+        " and they are kept",
         database_.file().string(), unlisted.number(0));
 }
 
@@ -231,13 +230,12 @@ void Writer::check_structure() {
 void Writer::check_log() {
   auto size = database_.prepare("PRAGMA page_size");
   if (!size.step()) return;
-  std::filesystem::path file = database_.file();
-  const std::uint64_t lost = lost_transactions(file += "-wal", size.number(0));
+  const std::uint64_t lost = lost_transactions(options_.log(), size.number(0));
   if (lost > 0)
     log::error(
         "the log {} is damaged: its last {} transactions cannot be read, and what they had "
         "acknowledged is lost",
-        file.string(), lost);
+        options_.log().string(), lost);
 }
 
 void Writer::begin() {

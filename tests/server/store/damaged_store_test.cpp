@@ -48,6 +48,13 @@ class DamagedStore : public StoreTest {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     ASSERT_EQ(count_in("edits"), 2U);
   }
+  /// In a store whose server has ended.
+  void make_session() {
+    Store store(options_);
+    write_session(store);
+  }
+  /// A server begins with the store, and ends.
+  void start() { const Store store(options_); }
   /// Why it is refused; empty: it is not.
   static std::string refusal(Store& store) {
     try {
@@ -69,7 +76,7 @@ class DamagedStore : public StoreTest {
   }
   std::string refusal_to_start() {
     try {
-      const Store store(options_);
+      start();
       return "";
     } catch (const Error& fault) {
       return fault.what();
@@ -145,15 +152,12 @@ TEST_F(DamagedStore, NumbersOfRowsAreThoseOfTheirMessages) {
 }
 
 TEST_F(DamagedStore, EditsAreNotRemovedOnTheWordOfADamagedNumber) {
-  {
-    Store store(options_);
-    write_session(store);
-  }
+  make_session();
   run("UPDATE checkpoints SET revision = 66");
-  { const Store store(options_); }
+  start();
   EXPECT_EQ(count_in("edits"), 2U);
   run("UPDATE checkpoints SET revision = 2; DELETE FROM sessions");
-  { const Store store(options_); }
+  start();
   EXPECT_EQ(count_in("edits"), 2U) << "of a session that is not listed, nor was removed";
 }
 
@@ -183,20 +187,14 @@ TEST_F(DamagedStore, DamagedStatesAndRepliesAreKnown) {
 }
 
 TEST_F(DamagedStore, ASessionThatIsListedWasNotRemoved) {
-  {
-    Store store(options_);
-    write_session(store);
-  }
+  make_session();
   run("INSERT INTO removed_sessions VALUES(7)");
-  { const Store store(options_); }
+  start();
   EXPECT_EQ(count_in("edits"), 2U);
 }
 
 TEST_F(DamagedStore, NothingIsWrittenToAFileWhosePagesAreMixedUp) {
-  {
-    Store store(options_);
-    write_session(store);
-  }
+  make_session();
   const auto number_of = [&](const char* sql) {
     Database database(options_.file(), Database::Access::kRead);
     auto rows = database.prepare(sql);
@@ -235,10 +233,7 @@ TEST_F(DamagedStore, RowsOfEarlierServersAreRead) {
 }
 
 TEST_F(DamagedStore, AFileThatWasCutOffIsNoNewStore) {
-  {
-    Store store(options_);
-    write_session(store);
-  }
+  make_session();
   fs::resize_file(options_.file(), 0);
   EXPECT_THAT(refusal_to_start(), HasSubstr("has a length of 0, but was a store before"));
   fs::remove(options_.file());
