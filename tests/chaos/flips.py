@@ -11,7 +11,6 @@ there are any. LIMBER_BIN: the folder of limberd."""
 
 import argparse
 import collections
-import json
 import random
 import shutil
 import signal
@@ -19,12 +18,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1] / "integration"), str(Path(__file__).resolve().parents[2] / "clients/python")]
+import kills  # noqa: F401 (where limber and the tests are)
+from reporting import give_out
 
-import limber  # noqa: E402
-from conftest import small_scene, tip_of  # noqa: E402
-from limber.launching import find_binary  # noqa: E402
-from test_restarts import Restartable  # noqa: E402
+import limber
+from conftest import small_scene, tip_of
+from limber.launching import find_binary
+from test_restarts import Restartable
 
 EDITS = (0, 3, 25, 20, 7)
 
@@ -53,7 +53,8 @@ def seen(server):
     for status in server.sessions():
         try:
             session = server.session(status.session)
-            states[status.session] = (session.wait(timeout=30).revision, session.wait(timeout=30).energy)
+            result = session.wait(timeout=30)
+            states[status.session] = (result.revision, result.energy)
         except limber.LimberError as error:
             states[status.session] = error.code
     return states
@@ -119,10 +120,7 @@ def main():
             counts[how] += 1
             if how == "silent":
                 silent.append({"byte": at, "bit": bit, "seen": states, "truth": truth})
-    result = {"trials": options.trials, "seed": options.seed, **counts, "silent": silent}
-    print(json.dumps(result))
-    if options.json:
-        Path(options.json).write_text(json.dumps(result, indent=1) + "\n")
+    give_out({"trials": options.trials, "seed": options.seed, **counts, "silent": silent}, options.json)
     return 1 if silent else 0
 
 
