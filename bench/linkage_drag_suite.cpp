@@ -143,8 +143,8 @@ struct Dragged {
 /// The largest distance between vertices of two shapes: of each segment they stand before the
 /// directions of its edges.
 double farthest(const std::vector<int>& edges, const LinkageResult& a, const LinkageResult& b) {
-  const Eigen::VectorXf apart = a.frames->rightCols<1>() - b.frames->rightCols<1>();
-  float largest = 0;
+  const Eigen::VectorXd apart = a.frames->rightCols<1>() - b.frames->rightCols<1>();
+  double largest = 0;
   Eigen::Index at = 0;
   for (const int count : edges) {
     for (int i = 0; i <= count; ++i)

@@ -78,6 +78,8 @@ void recover(const Truth& truth, const Variant& variant, int modes, MaterialVari
   const auto ahead = static_cast<int>(truth.z.cols()) - truth.known;
   const auto continued = spacetime::continue_freely(recovery.motion, ahead);
   const Eigen::MatrixXd got = displacements(truth, recovery.motion.mixing * continued.z);
+  const Eigen::MatrixXd swung =
+      displacements(truth, recovery.motion.mixing * spacetime::continue_freely(recovery, ahead).z);
   const Eigen::MatrixXd expected = truth.scene.displacements.rightCols(ahead);
   const char* const names[] = {"z", "z_lambda_d", "all"};
   Case row;
@@ -88,6 +90,7 @@ void recover(const Truth& truth, const Variant& variant, int modes, MaterialVari
   row["e_constraint"] = recovery.report.energies.constraint;
   row["final_frame_error"] = relative(got.rightCols<1>(), expected.rightCols<1>());
   row["second_half_error"] = relative(got, expected);
+  row["second_half_error_of_swings"] = relative(swung, expected);
   row["least_constraint"] = least_constraint(truth.z.leftCols(truth.known), modes);
   row["start"] = variables != MaterialVariables::kAll || start == RecoveryStart::kSpectrum
                      ? "spectrum"

@@ -39,11 +39,21 @@ struct FramesLine {
 std::string csv(const client::Positions& positions, unsigned first_frame) {
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "frame,node,x,y,z\n");
-  const float* p = positions.values.data();
-  for (std::size_t frame = 0; frame < positions.frames; ++frame)
-    for (std::size_t node = 0; node < positions.nodes; ++node, p += 3)
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{}\n", first_frame + frame, node, p[0],
-                     p[1], p[2]);
+  const bool is_short = client::is_single(positions);
+  const double* p = positions.values.data();
+  for (std::size_t frame = 0; frame < positions.frames; ++frame) {
+    for (std::size_t node = 0; node < positions.nodes; ++node, p += 3) {
+      fmt::format_to(std::back_inserter(text), "{},{}", first_frame + frame, node);
+      for (int axis = 0; axis < 3; ++axis) {
+        if (is_short) {
+          fmt::format_to(std::back_inserter(text), ",{}", static_cast<float>(p[axis]));
+        } else {
+          fmt::format_to(std::back_inserter(text), ",{}", p[axis]);
+        }
+      }
+      text.push_back('\n');
+    }
+  }
   return fmt::to_string(text);
 }
 

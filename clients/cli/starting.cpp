@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "clients/cpp/server.h"
+#include "engine/base/checked_number.h"
 
 namespace limber::cli {
 namespace {
@@ -24,10 +25,8 @@ using client::Milliseconds;
 std::string stream_beside(const std::string& endpoint) {
   const auto colon = endpoint.rfind(':');
   if (endpoint.starts_with("tcp://") && colon > 5) {
-    const std::string port = endpoint.substr(colon + 1);
-    if (!port.empty() && port.find_first_not_of("0123456789") == std::string::npos &&
-        port.size() <= 5)
-      return endpoint.substr(0, colon + 1) + std::to_string(std::stoi(port) + 1);
+    if (const auto port = parse_number<std::uint16_t>(std::string_view(endpoint).substr(colon + 1)))
+      return endpoint.substr(0, colon + 1) + std::to_string(*port + 1);
   }
   if (endpoint.starts_with("ipc://")) return endpoint + ".stream";
   throw ClientError(

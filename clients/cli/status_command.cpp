@@ -138,10 +138,11 @@ void print_store(const Info& info) {
     return;
   }
   const auto& store = info.store();
-  fmt::print("store      {} ({} parked), {}, {} in {} ({} synced)\n",
+  fmt::print("store      {} ({} parked), {} ({} of them the log), {} in {} ({} synced)\n",
              counted(store.sessions(), "session"), store.parked(), bytes(store.bytes()),
-             counted(store.changes(), "change"), counted(store.commits(), "commit"),
-             store.synced_commits());
+             bytes(store.log_bytes()), counted(store.changes(), "change"),
+             counted(store.commits(), "commit"), store.synced_commits());
+  if (!store.warning().empty()) fmt::print("           warning: {}\n", store.warning());
 }
 
 void print(const Context& context, const Info& before, const Info& info) {

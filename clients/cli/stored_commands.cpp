@@ -8,6 +8,7 @@
 
 #include "clients/cli/context.h"
 #include "clients/cli/kinds.h"
+#include "clients/cli/limberd.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/error.h"
 #include "clients/cpp/files.h"
@@ -33,6 +34,7 @@ void list_stored(Context& context) {
   fmt::print("\n{} stored, {} of them parked; {:.1f} MB; {} in {} since the start\n",
              store.sessions(), store.parked(), static_cast<double>(store.bytes()) * 1e-6,
              counted(store.changes(), "change"), counted(store.commits(), "commit"));
+  if (!store.warning().empty()) fmt::print("warning: {}\n", store.warning());
   if (!store.fault().empty()) {
     fmt::print("NOTHING CAN BE STORED NOW: {}\n", store.fault());
     context.exit_code = kRefused;
@@ -69,9 +71,34 @@ void remove(Context& context, const std::vector<std::string>& sessions) {
   }
 }
 
+void add_backup_command(CLI::App& app, Context& context) {
+  struct Line {
+    std::string folder, file;
+    bool replaces = false;
+  };
+  auto line = std::make_shared<Line>();
+  auto* command = subcommand(
+      app, "backup",
+      "Copy the store of a folder into one file, also while a server has the folder (needs no "
+      "server)",
+      "limber backup /var/lib/limber sessions-monday.sqlite");
+  command->add_option("folder", line->folder, "Folder of `limberd --data`")->required();
+  command->add_option("file", line->file, "Copy to make; it gets this name once it is whole")
+      ->required();
+  command->add_flag("--replace", line->replaces, "FILE may be there, and is replaced");
+  command->callback([line, &context] {
+    std::vector<std::string> arguments = {"backup"};
+    if (line->replaces) arguments.emplace_back("--replace");
+    if (context.json) arguments.emplace_back("--json");
+    arguments.insert(arguments.end(), {"--", line->folder, line->file});
+    become_limberd(arguments);
+  });
+}
+
 }  // namespace
 
 void add_stored_commands(CLI::App& app, Context& context) {
+  add_backup_command(app, context);
   auto* all = subcommand(app, "sessions",
                          "Sessions and whether the server keeps them; export, import, remove",
                          "limber sessions export flower flower.limber");

@@ -41,4 +41,13 @@ std::vector<Number> numbers(const v1::Array& array, v1::DataType type, int dimen
   return values;
 }
 
+/// The same of float32 or float64, which positions far from the origin are.
+[[nodiscard]] inline std::vector<double> real_numbers(const v1::Array& array, int dimensions,
+                                                      const std::string& what) {
+  if (array.type() == v1::DATA_TYPE_FLOAT64)
+    return numbers<double>(array, v1::DATA_TYPE_FLOAT64, dimensions, what);
+  const auto single = numbers<float>(array, v1::DATA_TYPE_FLOAT32, dimensions, what);
+  return {single.begin(), single.end()};
+}
+
 }  // namespace limber::client

@@ -12,7 +12,7 @@ namespace limber::client {
 struct Positions {
   std::size_t frames = 0;
   std::size_t nodes = 0;
-  std::vector<float> values;
+  std::vector<double> values;  // of single precision, but far from the origin
 };
 
 /// Frames of any encoding as positions. `geometry` is needed for coordinates: rest + basis .
@@ -21,7 +21,11 @@ struct Positions {
 /// another basis
 [[nodiscard]] Positions decode(const v1::Frames& frames, const v1::GetGeometryResponse* geometry);
 
-/// Bytes of a NumPy .npy file, version 1.0: float32, C order, frames x nodes x 3.
+/// Whether float32 holds all of them as they are.
+[[nodiscard]] bool is_single(const Positions& positions);
+
+/// Bytes of a NumPy .npy file, version 1.0: float32 where that holds them, else float64; C order,
+/// frames x nodes x 3.
 [[nodiscard]] std::string npy(const Positions& positions);
 
 }  // namespace limber::client

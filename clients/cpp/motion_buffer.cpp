@@ -57,8 +57,7 @@ void MotionBuffer::resize(const v1::Frames& frames, std::size_t frame_count) {
 
 void MotionBuffer::write(const v1::Frames& frames) {
   if (frames.frame_count() == 0) return;
-  const auto values =
-      numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, frames.data().shape_size(), "frames");
+  const auto values = real_numbers(frames.data(), frames.data().shape_size(), "frames");
   const std::size_t first = frames.first_frame(), count = frames.frame_count();
   if (count > frame_count_ || first > frame_count_ - count || values.size() != count * size_)
     throw ClientError(v1::ERROR_CODE_MALFORMED, "", "frames that do not fit the motion");

@@ -28,7 +28,7 @@ class MotionBuffer {
   /// Numbers of a frame.
   [[nodiscard]] std::size_t size() const { return size_; }
   /// frames x size, row by row.
-  [[nodiscard]] const std::vector<float>& coordinates() const { return coordinates_; }
+  [[nodiscard]] const std::vector<double>& coordinates() const { return coordinates_; }
   [[nodiscard]] const std::string& basis_hash() const { return basis_hash_; }
   /// ResultInfo.sequence of the result that the motion is of; 0: of none.
   [[nodiscard]] std::uint64_t sequence() const { return sequence_; }
@@ -38,7 +38,7 @@ class MotionBuffer {
   void write(const v1::Frames& frames);
 
   std::size_t frame_count_ = 0, size_ = 0;
-  std::vector<float> coordinates_;
+  std::vector<double> coordinates_;
   std::string basis_hash_;
   std::uint64_t sequence_ = 0;
   std::uint64_t begun_ = 0;  // of a result that some frames are of already; 0: none

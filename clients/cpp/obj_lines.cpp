@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "engine/base/checked_number.h"
+
 namespace limber::client {
 
 ObjLines read_obj_lines(const std::string& content) {
@@ -21,8 +23,10 @@ ObjLines read_obj_lines(const std::string& content) {
     if (word != "l") continue;
     long last = 0;
     for (std::string vertex; words >> vertex;) {
-      long number = std::strtol(vertex.c_str(), nullptr, 10);
-      if (number < 0) number += static_cast<long>(obj.vertices.size()) + 1;
+      // What is no number is no vertex: the server says so.
+      const std::string_view digits = std::string_view(vertex).substr(0, vertex.find('/'));
+      long number = parse_number<int>(digits).value_or(0);
+      if (number < 0) number += std::ssize(obj.vertices) + 1;
       if (last != 0) obj.lines.emplace_back(last - 1, number - 1);
       last = number;
     }

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "clients/cpp/socket_monitor.h"
+#include "engine/base/checked_number.h"
 
 namespace limber::client {
 namespace {
@@ -22,10 +23,8 @@ bool is_place(const std::string& endpoint) {
   const std::string tcp = "tcp://";
   const auto colon = endpoint.rfind(':');
   if (!endpoint.starts_with(tcp) || colon < tcp.size()) return true;
-  const std::string port = endpoint.substr(colon + 1);
-  const bool is_number = !port.empty() && port.size() <= 5 &&
-                         port.find_first_not_of("0123456789") == std::string::npos;
-  if (!is_number || std::stoi(port) < 1 || std::stoi(port) > 65535) return false;
+  const auto port = parse_number<std::uint16_t>(std::string_view(endpoint).substr(colon + 1));
+  if (!port || *port == 0) return false;
   std::string host = endpoint.substr(tcp.size(), colon - tcp.size());
   host.erase(0, host.rfind(';') + 1);  // behind the address to come from
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);

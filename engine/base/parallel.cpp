@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -17,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/base/checked_number.h"
 #include "engine/base/error.h"
 
 namespace limber {
@@ -34,10 +34,8 @@ struct InsideScope {
 
 int initial_thread_count() {
   if (const char* text = std::getenv("LIMBER_THREADS")) {
-    int value = 0;
-    const char* end = text + std::strlen(text);
-    const auto [rest, error] = std::from_chars(text, end, value);
-    if (error == std::errc() && rest == end && value >= 1) return std::min(value, kMaximalThreads);
+    const auto value = parse_number<int>(text);
+    if (value && *value >= 1) return std::min(*value, kMaximalThreads);
   }
   return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaximalThreads);
 }

@@ -1,10 +1,10 @@
 #include "engine/base/start_shift.h"
 
-#include <charconv>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 
+#include "engine/base/checked_number.h"
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 
@@ -21,14 +21,12 @@ double shift_of_environment() {
 }  // namespace
 
 double parse_start_shift(std::string_view text) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || rest != end || !(value >= 0 && value <= kMaximalShift))
+  const auto value = parse_number<double>(text);
+  if (!value || !(*value >= 0 && *value <= kMaximalShift))
     throw Error(ErrorCode::kInvalidArgument, "LIMBER_START_SHIFT",
                 "LIMBER_START_SHIFT is '" + std::string(text) +
                     "': a number from 0 to 1e-6 is expected, or nothing set");
-  return value;
+  return *value;
 }
 
 double start_shift() {

@@ -69,6 +69,19 @@ class ConditionsValidator {
       if (!load.force.allFinite() || !load.moment.allFinite() || !std::isfinite(load.torque))
         error(field, "must be finite");
     }
+    const auto check_joints = [&](const char* field, const Eigen::Matrix3Xd& positions) {
+      if (positions.cols() != 0 && positions.cols() != joints_)
+        error(field, fmt::format("must have a row for each of {} joints, has {}", joints_,
+                                 positions.cols()));
+      if (!positions.allFinite()) error(field, "must be finite");
+    };
+    check_joints("erection.flat_positions", erection.flat_positions);
+    check_joints("erection.positions", erection.positions);
+    if (!erection.path_moments.empty() && erection.path_moments.size() != erection.path.size())
+      error("erection.path_moments", "must be as many as angles of the path");
+    for (const double moment : erection.path_moments)
+      if (!std::isfinite(moment)) error("erection.path_moments", "must be finite");
+    if (erection.support) check_joint("erection.support.joint", erection.support->joint);
     if (!std::isfinite(erection.distance) || erection.distance < 0)
       error("erection.distance", "must be finite and >= 0");
   }

@@ -65,6 +65,20 @@ struct LinkageErection {
   /// Root mean square distance of joints from the designed shape to which it leads, after the best
   /// rigid motion [scene length unit].
   double distance = 0;
+  /// Joints of the flat shape that the push is given for, 3 x joints [scene length unit]: the push
+  /// turns with the linkage. Empty: the linkage as drawn.
+  Eigen::Matrix3Xd flat_positions = {};
+  /// Joints of the shape that it leads to, wherever that lies; empty: not known.
+  Eigen::Matrix3Xd positions = {};
+  /// One for each of `path`: what has to act on every joint to hold that angle, with the push and
+  /// of the last one without; > 0 opens [N m]. Empty: not known.
+  std::vector<double> path_moments = {};
+  /// The joint that is held while the linkage is pushed, with the greatest components of force and
+  /// moment by magnitude. Where no pin holds a joint's motion, it is held for that time; empty: the
+  /// middle one is.
+  std::optional<JointLoad> support = {};
+  /// Why no way to open to the designed shape is known; the rest is empty then.
+  std::string failure = {};
 };
 
 /// What acts on a linkage; edits change this and nothing else.
@@ -102,7 +116,7 @@ struct Linkage {
   double poissons_ratio = 0.3;
   double density = 600;  // [kg/m^3]
   rods::Section section = rods::Rectangle{0.02, 0.005};
-  rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
+  rods::StiffAxis stiff_axis = rods::StiffAxis::kAsGiven;
   /// >= 3; of short segments fewer (rods::edges_by_length). 0: as many as `tolerance` takes under
   /// `conditions`, which then have no edge_lengths, and there is no shape.
   int edges_per_segment = 10;

@@ -1,5 +1,6 @@
 #include "engine/spacetime/constraint_errors.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -12,7 +13,7 @@ std::vector<ConstraintRows::Miss> ConstraintRows::misses(const Eigen::VectorXd& 
   for (const Member& member : members_) {
     const int rows = std::popcount(member.axes & 7U);
     misses.push_back(
-        {residual.segment(member.row, rows).norm(), exact(member.row), member.velocity});
+        {residual.segment(member.row, rows).norm(), exact(member.row), member.velocity, member.id});
   }
   int owner = -1;
   for (Eigen::Index row = 0; row < fixed_.residual.size(); ++row) {
@@ -22,6 +23,7 @@ std::vector<ConstraintRows::Miss> ConstraintRows::misses(const Eigen::VectorXd& 
     miss.distance = std::hypot(miss.distance, fixed_.residual[row]);
     miss.exact = std::isinf(fixed_.weight[row]);
     miss.velocity = pinned_[static_cast<std::size_t>(owner)].is_velocity();
+    miss.id = pinned_[static_cast<std::size_t>(owner)].id;
   }
   return misses;
 }
@@ -32,9 +34,22 @@ std::vector<ConstraintRows::Miss> ConstraintRows::keyframe_misses(
   for (const Keyframe& keyframe : keyframes_) {
     const auto rows = static_cast<Eigen::Index>(keyframe.coordinates.size());
     const double moved = residual.segment(keyframe.row, rows).squaredNorm();
-    misses.push_back({std::sqrt(moved + keyframe.idle), keyframe.exact, false});
+    misses.push_back({std::sqrt(moved + keyframe.idle), keyframe.exact, false, 0});
   }
   return misses;
+}
+
+std::vector<ConstraintMiss> ConstraintRows::missed_positions(const Eigen::VectorXd& residual,
+                                                             double soft, double exact) const {
+  std::vector<ConstraintMiss> missed;
+  for (const Miss& miss : misses(residual)) {
+    const double distance = length_ * miss.distance;
+    if (miss.velocity || distance <= (miss.exact ? exact : soft)) continue;
+    missed.push_back({miss.id, distance, miss.exact});
+  }
+  std::stable_sort(missed.begin(), missed.end(),
+                   [](const auto& a, const auto& b) { return a.distance > b.distance; });
+  return missed;
 }
 
 ConstraintErrors ConstraintRows::errors(const Eigen::VectorXd& residual) const {

@@ -2,7 +2,16 @@
 
 #include <algorithm>
 
+#include "engine/spacetime/problem.h"
+
 namespace limber::spacetime {
+
+/// How far a constraint on a position is missed, over its axes.
+struct ConstraintMiss {
+  ConstraintId id = 0;
+  double distance = 0;  // [m]
+  bool is_exact = false;
+};
 
 /// How far a motion misses what it is to meet, over the axes of each constraint.
 struct ConstraintErrors {

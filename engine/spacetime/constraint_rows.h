@@ -120,11 +120,15 @@ class ConstraintRows {
     double distance = 0;
     bool exact = false;
     bool velocity = false;
+    ConstraintId id = 0;
   };
   [[nodiscard]] std::vector<Miss> misses(const Eigen::VectorXd& residual) const;
   /// How far each keyframe is missed: |S z - z-bar| (unitless).
   [[nodiscard]] std::vector<Miss> keyframe_misses(const Eigen::VectorXd& residual) const;
   [[nodiscard]] ConstraintErrors errors(const Eigen::VectorXd& residual) const;
+  /// Positions that are missed by more than this [m], the worst first.
+  [[nodiscard]] std::vector<ConstraintMiss> missed_positions(const Eigen::VectorXd& residual,
+                                                             double soft, double exact) const;
   /// Energy of what no mode moves, part of soft_energy().
   [[nodiscard]] double idle_energy() const { return idle_energy_; }
 

@@ -2,12 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
+#include "engine/base/clauses.h"
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/spacetime/recovery_energy.h"
 #include "engine/spacetime/recovery_start.h"
 #include "engine/spacetime/recovery_step.h"
+#include "engine/spacetime/recovery_swings.h"
 
 namespace limber::spacetime {
 namespace {
@@ -15,6 +21,8 @@ namespace {
 constexpr Eigen::Index kLeastFrames = 8;  // that a target must have
 /// An energy of this share of the target's own is rounding.
 constexpr double kNegligibleEnergy = 1e-20;
+/// Energies that differ by less do not say which of two recoveries has separated its modes.
+constexpr double kAlikeEnergies = 0.01;
 // Beyond them the other energies are lost in rounding.
 constexpr double kLeastWeight = 1e-12, kGreatestWeight = 1e12, kLeastColumnWeight = 1e-30;
 
@@ -64,14 +72,108 @@ void check(const RecoveredMotion& warm, const Eigen::Ref<const Eigen::MatrixXd>&
   if (!valid) refuse("warm", "stiffness and damping must be >= 0 and all numbers finite");
 }
 
+/// Lambda, D and z that fit S.
+RecoveredMotion fitted(RecoveredMotion start, const RecoveryEnergy& energy) {
+  energy.fit_dynamics(start);
+  energy.fit_motion(start);
+  return start;
+}
+
+RecoveredMotion begin_in_components(const RecoveryEnergy& energy, const RecoveryOptions& options) {
+  RecoveredMotion result = fitted(principal_start(energy.target(), options.modes), energy);
+  auto separated = separated_start(energy.target(), options.modes, options.driven_frames);
+  if (!separated) return result;
+  RecoveredMotion other = fitted(std::move(*separated), energy);
+  return energy.value(other).total < energy.value(result).total ? other : result;
+}
+
+/// A mode whose motion coupled modes explain far better than its own stiffness and damping do: it
+/// swings with several frequencies. Empty: there is none.
+std::string describe_mixed_modes(const RecoveredMotion& motion, Eigen::Index driven) {
+  const Eigen::Index count = motion.z.cols() - 2 - driven;
+  const auto coupled = motion.z.rows() > 1 ? fit_oscillator(motion.z, driven) : std::nullopt;
+  if (!coupled) return {};
+  const Eigen::MatrixXd now = motion.z.middleCols(driven + 1, count),
+                        change = motion.z.middleCols(driven + 2, count) - now,
+                        acceleration = change - now + motion.z.middleCols(driven, count);
+  const Eigen::ArrayXd size = acceleration.rowwise().squaredNorm().array().max(1e-300);
+  const Eigen::ArrayXd alone = (acceleration + motion.dynamics.stiffness.asDiagonal() * now +
+                                motion.dynamics.damping.asDiagonal() * change)
+                                   .rowwise()
+                                   .squaredNorm()
+                                   .array() /
+                               size;
+  const Eigen::ArrayXd together =
+      (acceleration + coupled->stiffness * now + coupled->damping * change)
+          .rowwise()
+          .squaredNorm()
+          .array() /
+      size;
+  constexpr double kVisible = 1e-3, kFarBetter = 0.1;
+  Eigen::Index worst = -1;
+  for (Eigen::Index k = 0; k < alone.size(); ++k) {
+    const bool is_mixed = alone[k] >= kVisible && together[k] <= kFarBetter * alone[k];
+    if (is_mixed && (worst < 0 || alone[k] > alone[worst])) worst = k;
+  }
+  if (worst < 0) return {};
+  Eigen::ArrayXd pull =
+      coupled->stiffness.row(worst).transpose().array().abs() * now.rowwise().norm().array();
+  pull[worst] = -1;
+  Eigen::Index other = 0;
+  pull.maxCoeff(&other);
+  return fmt::format(
+      "the modes were not separated: forces leave {:.2g} % of the accelerations of mode {}, and "
+      "coupled modes {:.2g} %; modes {} and {} are coupled most. Do not rely on their frequencies "
+      "and "
+      "on the continuation: recover from more frames, or from another start",
+      100 * alone[worst], worst + 1, 100 * together[worst], std::min(worst, other) + 1,
+      std::max(worst, other) + 1);
+}
+
 RecoveredMotion begin(const RecoveryEnergy& energy, const Eigen::VectorXd& eigenvalues,
                       const RecoveryOptions& options) {
   const bool principal = options.variables == MaterialVariables::kAll &&
                          options.start == RecoveryStart::kPrincipalComponents;
-  RecoveredMotion result = principal ? principal_start(energy.target(), options.modes)
-                                     : spectrum_start(energy.target(), eigenvalues, options.modes);
-  if (principal) energy.fit_dynamics(result);
+  if (principal) return begin_in_components(energy, options);
+  RecoveredMotion result = spectrum_start(energy.target(), eigenvalues, options.modes);
   energy.fit_motion(result);
+  return result;
+}
+
+/// To a minimum, or to the limit of steps.
+Recovery descend(const RecoveryEnergy& energy, RecoveredMotion start,
+                 const RecoveryOptions& options, const JobContext& job) {
+  Recovery result;
+  RecoveredMotion& motion = result.motion;
+  RecoveryReport& report = result.report;
+  motion = std::move(start);
+  report.start = energy.value(motion);
+  if (options.variables == MaterialVariables::kMotion) {
+    energy.fit_motion(motion);
+    report.status = RecoveryStatus::kConverged;
+    report.steps = 1;
+  }
+  RecoveryStep step(energy);
+  const double nothing = kNegligibleEnergy * 0.5 * options.weight * energy.target().squaredNorm();
+  double now = report.start.total;
+  while (report.status != RecoveryStatus::kConverged && report.steps < options.max_steps) {
+    job.report("recovering material", static_cast<double>(report.steps) / options.max_steps);
+    double gained = 0;
+    if (options.variables == MaterialVariables::kAll) {
+      gained = step.take(motion, job);
+      now -= gained;
+    } else {
+      energy.fit_dynamics(motion);
+      energy.fit_motion(motion);
+      const double before = now;
+      now = energy.value(motion).total;
+      gained = before - now;
+    }
+    ++report.steps;
+    if (gained <= options.tolerance * now || now <= nothing)
+      report.status = RecoveryStatus::kConverged;
+  }
+  report.energies = energy.value(motion);
   return result;
 }
 
@@ -81,6 +183,7 @@ Recovery of_no_motion(Eigen::Index coordinates, Eigen::Index frames, int modes) 
   result.motion = {Eigen::MatrixXd::Zero(modes, frames),
                    Eigen::MatrixXd::Identity(coordinates, modes),
                    {none, none}};
+  result.swings = result.motion;
   result.report.status = RecoveryStatus::kConverged;
   result.report.message = "the motion is zero: it says nothing about the material";
   return result;
@@ -107,40 +210,39 @@ Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
   if (target.isZero(0)) return of_no_motion(target.rows(), target.cols(), options.modes);
 
   const RecoveryEnergy energy(target, options);
-  Recovery result;
-  RecoveredMotion& motion = result.motion;
-  RecoveryReport& report = result.report;
-  motion = warm != nullptr ? *warm : begin(energy, eigenvalues, options);
-  report.start = energy.value(motion);
-  if (options.variables == MaterialVariables::kMotion) {
-    energy.fit_motion(motion);
-    report.status = RecoveryStatus::kConverged;
-    report.steps = 1;
-  }
-  RecoveryStep step(energy);
-  const double nothing = kNegligibleEnergy * 0.5 * options.weight * target.squaredNorm();
-  double now = report.start.total;
-  while (report.status != RecoveryStatus::kConverged && report.steps < options.max_steps) {
-    job.report("recovering material", static_cast<double>(report.steps) / options.max_steps);
-    double gained = 0;
-    if (options.variables == MaterialVariables::kAll) {
-      gained = step.take(motion, job);
-      now -= gained;
-    } else {
-      energy.fit_dynamics(motion);
-      energy.fit_motion(motion);
-      const double before = now;
-      now = energy.value(motion).total;
-      gained = before - now;
+  Recovery result =
+      descend(energy, warm != nullptr ? *warm : begin(energy, eigenvalues, options), options, job);
+  std::vector<ModeSwing> swings;
+  if (options.variables != MaterialVariables::kMotion)
+    swings = fit_swings(result.motion, options.driven_frames);
+  const bool is_default = warm == nullptr && options.variables == MaterialVariables::kAll &&
+                          options.start == RecoveryStart::kPrincipalComponents;
+  if (is_default) {
+    // Near-equal frequencies may stay mixed from components: the published start is tried, too.
+    RecoveryOptions other = options;
+    other.start = RecoveryStart::kSpectrum;
+    Recovery published = descend(energy, begin(energy, eigenvalues, other), options, job);
+    auto published_swings = fit_swings(published.motion, options.driven_frames);
+    const double before = result.report.energies.total, now = published.report.energies.total;
+    const bool is_better = std::abs(now - before) < kAlikeEnergies * before
+                               ? share_not_free(published.motion, published_swings, eigenvalues) <
+                                     share_not_free(result.motion, swings, eigenvalues)
+                               : now < before;
+    if (is_better) {
+      result = std::move(published);
+      swings = std::move(published_swings);
     }
-    ++report.steps;
-    if (gained <= options.tolerance * now || now <= nothing)
-      report.status = RecoveryStatus::kConverged;
   }
-  report.energies = energy.value(motion);
+  RecoveryReport& report = result.report;
   if (report.status == RecoveryStatus::kStepLimit) {
     report.message = fmt::format("not converged: stopped after {} steps", report.steps);
   }
+  result.swings = result.motion;
+  if (options.variables == MaterialVariables::kMotion) return result;
+  result.swings = swinging(result.motion, swings);
+  std::string mixed = describe_mixed_modes(result.motion, options.driven_frames);
+  if (mixed.empty()) mixed = describe_several_frequencies(result.motion, swings, eigenvalues);
+  append_clause(report.message, mixed);
   return result;
 }
 
@@ -161,6 +263,21 @@ Continuation continue_freely(const RecoveredMotion& motion, int frames) {
       const double next = ((2 + d - lambda) * now - before) / (1 + d);
       before = now;
       result.z(k, i) = now = next;
+    }
+  }
+  return result;
+}
+
+Continuation continue_freely(const Recovery& recovery, int frames) {
+  Continuation result = continue_freely(recovery.swings, frames);
+  RecoveredMotion rest = recovery.swings;
+  rest.z = recovery.motion.z - recovery.swings.z;
+  const Eigen::MatrixXd beside = continue_freely(rest, frames).z;
+  for (Eigen::Index k = 0; k < beside.rows(); ++k) {
+    const double per_frame = frequency_of(recovery.swings.dynamics.stiffness[k]) * kFullTurn / 4;
+    for (Eigen::Index i = 0; i < frames; ++i) {
+      const double angle = static_cast<double>(i + 1) * per_frame;
+      if (angle < kFullTurn / 4) result.z(k, i) += std::pow(std::cos(angle), 2) * beside(k, i);
     }
   }
   return result;

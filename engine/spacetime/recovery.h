@@ -10,8 +10,10 @@ namespace limber::spacetime {
 
 /// Where a recovery of all variables begins; the others have S = (I; 0) and begin as the paper's.
 enum class RecoveryStart {
-  /// S: principal components of the motion (left singular vectors), Lambda and D those that need
-  /// least force for them.
+  /// S: principal components of the motion (left singular vectors), in the modes of the coupled
+  /// oscillator that explains the motion best there, or as they are, whichever begins at the lower
+  /// energy. Lambda and D are those that need least force for them. The recovery from kSpectrum is
+  /// taken instead where it ends lower by 1 %; nearer than that, where its modes swing more freely.
   kPrincipalComponents,
   /// The paper's (section 6.3): S = (I; 0), D = 0, Lambda the eigenvalues, scaled so that the mode
   /// with most energy in its spectrum swings with the frequency that is strongest there. As
@@ -61,6 +63,11 @@ struct RecoveryReport {
 
 struct Recovery {
   RecoveredMotion motion;
+  /// The free swing that each mode's motion is nearest to, with its stiffness and damping: least
+  /// force biases Lambda and D where other frequencies are in the motion, as they are where a body
+  /// moves far. Modes of which a swing does not explain half have the dynamics of `motion`; frames
+  /// that are driven are those of `motion`. With kMotion: as `motion`.
+  RecoveredMotion swings;
   RecoveryReport report;
 };
 
@@ -91,5 +98,9 @@ struct Continuation {
 ///   z_(i+1) = ((2 + d - lambda) z_i - z_(i-1)) / (1 + d).
 /// @throws Error{kInvalidArgument} naming `frames` (>= 0) or `motion` (fewer than 2 frames)
 [[nodiscard]] Continuation continue_freely(const RecoveredMotion& motion, int frames);
+
+/// The same of the swings. What the motion has beside them in its last two frames continues with
+/// their stiffness and damping and fades within one swing.
+[[nodiscard]] Continuation continue_freely(const Recovery& recovery, int frames);
 
 }  // namespace limber::spacetime

@@ -1,6 +1,10 @@
 #include "engine/spacetime/recovery_start.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
 #include <complex>
+#include <numeric>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
@@ -62,6 +66,63 @@ RecoveredMotion spectrum_start(const Eigen::MatrixXd& target, const Eigen::Vecto
     result.dynamics.stiffness =
         eigenvalues.head(modes) * (most.frequency * most.frequency / eigenvalue);
   }
+  return result;
+}
+
+std::optional<CoupledOscillator> fit_oscillator(const Eigen::MatrixXd& z, Eigen::Index driven) {
+  const Eigen::Index r = z.rows(), count = z.cols() - 2 - driven;
+  if (count < 4 * r) return std::nullopt;
+  const Eigen::MatrixXd before = z.middleCols(driven, count), now = z.middleCols(driven + 1, count),
+                        after = z.middleCols(driven + 2, count);
+  Eigen::MatrixXd known(2 * r, count);
+  known << now, after - now;
+  // Rows of their own size: a coordinate may be a millionth of another.
+  const Eigen::VectorXd sizes = known.rowwise().norm().cwiseMax(1e-300);
+  known = sizes.cwiseInverse().asDiagonal() * known;
+  const Eigen::MatrixXd acceleration = after - 2 * now + before;
+  Eigen::MatrixXd gram = known * known.transpose();
+  constexpr double kRounding = 1e-13;
+  gram.diagonal().array() += kRounding;
+  const Eigen::MatrixXd rates = gram.ldlt().solve(known * acceleration.transpose()).transpose();
+  if (!rates.allFinite()) return std::nullopt;
+  CoupledOscillator found;
+  found.force = 0.5 * (acceleration - rates * known).squaredNorm();
+  const Eigen::MatrixXd unscaled = -rates * sizes.cwiseInverse().asDiagonal();
+  found.stiffness = unscaled.leftCols(r);
+  found.damping = unscaled.rightCols(r);
+  return found;
+}
+
+std::optional<RecoveredMotion> separated_start(const Eigen::MatrixXd& target, int modes,
+                                               Eigen::Index driven) {
+  RecoveredMotion result = principal_start(target, modes);
+  const auto oscillator = fit_oscillator(result.z, driven);
+  if (!oscillator) return std::nullopt;
+  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(oscillator->stiffness);
+  if (eigen.info() != Eigen::Success) return std::nullopt;
+  Eigen::MatrixXd basis(modes, modes);
+  for (Eigen::Index k = 0; k < modes; ++k) {
+    // Of a complex pair its plane.
+    const bool is_second = k > 0 && eigen.eigenvalues()[k].imag() < 0;
+    if (is_second) {
+      basis.col(k) = eigen.eigenvectors().col(k).imag();
+    } else {
+      basis.col(k) = eigen.eigenvectors().col(k).real();
+    }
+  }
+  basis.colwise().normalize();
+  constexpr double kLeastCondition = 1e-8;
+  const Eigen::PartialPivLU<Eigen::MatrixXd> factor(basis);
+  if (!basis.allFinite() || !(factor.rcond() > kLeastCondition)) return std::nullopt;
+  const Eigen::MatrixXd z = factor.solve(result.z);
+  // Those that move most come first, as of principal components.
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(modes));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return z.row(a).squaredNorm() > z.row(b).squaredNorm();
+  });
+  result.z = z(order, Eigen::all);
+  result.mixing = result.mixing * basis(Eigen::all, order);
   return result;
 }
 

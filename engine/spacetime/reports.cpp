@@ -186,7 +186,11 @@ SolveReport Optimizer::report(SolveStatus status, int iterations, double gradien
       report.message = "Cancelled; the motion is the last improved one.";
       break;
   }
-  if (status != SolveStatus::kImproved) say_rank(report);
+  if (status == SolveStatus::kImproved) return report;
+  constexpr double kFarMissed = 0.5, kVisiblyMissed = 1e-3;  // shares of the body's length
+  report.missed =
+      rows_.missed_positions(state_.residual, kFarMissed * length_, kVisiblyMissed * length_);
+  say_rank(report);
   return report;
 }
 

@@ -47,6 +47,9 @@ struct SolveReport : ConstraintErrors {
   bool rank_deficient =
       false;  // exact constraints depend on or contradict each other: least-squares answer
   int dependent_rows = 0;
+  /// Constraints on positions that the end of a solve misses: soft ones by more than half the
+  /// body's length, exact ones by more than a thousandth of it; the worst first. Empty on the way.
+  std::vector<ConstraintMiss> missed;
   std::string message;  // one sentence for a person when status is not kConverged or rank_deficient
 };
 

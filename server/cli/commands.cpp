@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -15,6 +14,7 @@
 #include <system_error>
 #include <vector>
 
+#include "engine/base/checked_number.h"
 #include "engine/base/numerics/sparse_cholesky.h"
 #include "server/cli/config_file.h"
 #include "server/cli/serve.h"
@@ -150,10 +150,8 @@ void add_web(CLI::App& app, CommandLine& line) {
 void check_whole_numbers(CLI::App& app) {
   const CLI::Validator is_whole(
       [](std::string& text) {
-        std::uint64_t value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        const bool is_number = error == std::errc() && end == text.data() + text.size();
-        return is_number ? std::string() : text + " is not a whole number in [0, 2^64)";
+        return parse_number<std::uint64_t>(text) ? std::string()
+                                                 : text + " is not a whole number in [0, 2^64)";
       },
       "", "whole number");
   for (CLI::Option* option : app.get_options()) {

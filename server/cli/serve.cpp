@@ -64,6 +64,7 @@ class Signals {
  public:
   Signals(Server& server, const ServeOptions& options)
       : server_(server), reload_(server, options), set_(server.control(), SIGINT, SIGTERM, SIGHUP) {
+    set_.add(SIGUSR1);
     listen();
   }
 
@@ -81,6 +82,7 @@ class Signals {
       reload_();
       return service_manager::ready(kServing);
     }
+    if (signal == SIGUSR1) return server_.log_status();
     if (++count_ > 1) {
       log::warn("signal {} again: leaving at once", signal);
       std::_Exit(128 + signal);
@@ -119,6 +121,10 @@ void ServeOptions::validate() const {
 int serve(const ServeOptions& options, const MakeKinds& make_kinds) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is a full disk, not the end
+  // They would end the process: the first one is taken once the server runs, the other means
+  // nothing.
+  std::signal(SIGUSR1, SIG_IGN);
+  std::signal(SIGUSR2, SIG_IGN);
   Server server(options.server, make_kinds, options.web);
   const Signals signals(server, options);
   const auto watchdog = make_watchdog(server);

@@ -29,7 +29,8 @@ struct ServeOptions {
 };
 
 /// Runs until SIGINT, SIGTERM or a shutdown request; a second of these signals ends the process at
-/// once. SIGTERM drains before. SIGHUP reads options and allowed keys again.
+/// once. SIGTERM drains before. SIGHUP reads options and allowed keys again. SIGUSR1 writes how the
+/// server does into the log, SIGUSR2 is ignored.
 /// @param make_kinds  the kinds that it has
 /// @returns the exit code: 1 where changes of sessions are lost, as they could not be stored
 int serve(const ServeOptions& options, const MakeKinds& make_kinds);

@@ -20,12 +20,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
-DecodedScene read_simulated_scene(const fs::path& file) {
-  proto::Scene message = scene_from_json(scene::read_bytes(file));
-  demand_body(message, "");
-  message.clear_base_motion();  // what is simulated now
+/// For the scene that is written, in which the motion is edited on.
+void keep_constraints(proto::Scene message, const fs::path& file, scene::Scene& simulated) {
+  message.clear_base_motion();
+  try {
+    DecodedScene whole =
+        decode_scene(message, "", scene_limits(ServiceLimits{}), scene_readers(paths_beside(file)));
+    (void)remarks(message, whole, "");
+    simulated.constraints = std::move(whole.scene.constraints);
+    simulated.keyframes = std::move(whole.scene.keyframes);
+  } catch (const std::exception& fault) {
+    fmt::print(stderr, "warning: the written scene has no constraints and no keyframes: {}\n",
+               fault.what());
+  }
+}
+
+DecodedScene read_simulated_scene(const fs::path& file, const fs::path& scene_output) {
+  const proto::Scene given = scene_from_json(scene::read_bytes(file));
+  demand_body(given, "");
+  proto::Scene message = given;
+  leave_simulation(message);
   DecodedScene decoded =
       decode_scene(message, "", scene_limits(ServiceLimits{}), scene_readers(paths_beside(file)));
+  if (!scene_output.empty() && given.constraints_size() + given.keyframes_size() > 0)
+    keep_constraints(given, file, decoded.scene);
   for (const auto& warning : remarks(message, decoded, ""))
     fmt::print(stderr, "warning: {}: {}\n", warning.field(), warning.message());
   return decoded;
@@ -62,7 +80,7 @@ int simulate_file(const fs::path& input, const fs::path& output, const fs::path&
     throw invalid("scene-out", "a file name ending in .json is expected");
   demand_folder(output, "output");
   demand_folder(scene_output, "scene-out");
-  DecodedScene decoded = read_simulated_scene(input);
+  DecodedScene decoded = read_simulated_scene(input, scene_output);
   session::SimulatedMotion simulated = simulate_scene(decoded.scene);
   const auto motion = std::make_shared<const ComputedMotion>(
       ComputedMotion{std::move(decoded.scene), std::move(simulated.geometry), simulated.positions,

@@ -7,6 +7,7 @@
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/samples/samples.h"
 #include "server/cli/access.h"
+#include "server/cli/backup.h"
 #include "server/cli/local_files.h"
 #include "server/cli/simulate.h"
 #include "server/kinds/beams/job_folder.h"
@@ -122,6 +123,7 @@ void ToolCommands::add_to(CLI::App& app, const MakeKinds& make_kinds) {
 
   add_recover(app);
 
+  add_backup_command(app, chosen_);
   add_access_commands(app, chosen_);
 
   auto* keygen = app.add_subcommand("keygen", "Make a CURVE key pair: FILE (secret) and FILE.pub");

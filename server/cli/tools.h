@@ -13,7 +13,7 @@
 namespace limber::server {
 
 /// The commands of limberd that need no server: validate, sample, tetrahedralize, simulate,
-/// recover, keygen, allow, revoke, allowed.
+/// recover, backup, keygen, allow, revoke, allowed.
 class ToolCommands {
  public:
   /// @param make_kinds  whose scenes can be validated

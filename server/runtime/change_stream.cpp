@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/checked_number.h"
+
 namespace limber::server {
 namespace {
 
@@ -127,7 +129,7 @@ std::vector<proto::Frames> ChangeStream::show_early(const FrameSource& part) {
       part.coordinates()->rows() != sent_.rows())
     return {};
   proto::Frames frames = part.encode(proto::ENCODING_COORDINATES, {0, part.frame_count()});
-  const FrameRange range{static_cast<int>(frames.first_frame()), part.frame_count()};
+  const FrameRange range{to_whole<int>(frames.first_frame()).value(), part.frame_count()};
   if (end_of(range) > sent_.cols()) return {};
   early_.push_back(range);
   proto::FrameChanges& changes = *frames.mutable_changes();

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/system/error_code.hpp>
@@ -46,9 +47,12 @@ std::size_t refine_threads(const ServerOptions& options) {
 }
 
 /// As many as there may be jobs, and some that build meanwhile: a session opens beside all of them.
+/// And one for what is short, which no build takes: checks of answers wait for no build.
 std::size_t session_threads(const ServerOptions& options) {
-  if (options.session_threads > 0) return static_cast<std::size_t>(options.session_threads);
-  return options.limits.jobs + cores();
+  constexpr std::size_t kShort = 1;
+  if (options.session_threads > 0)
+    return static_cast<std::size_t>(options.session_threads) + kShort;
+  return options.limits.jobs + cores() + kShort;
 }
 
 /// Of the calling thread and its helpers, once; its pool has one priority. Linux has threads that
@@ -77,7 +81,8 @@ Hub::Hub(ServerOptions given)
       solve_pool(solve_threads(options)),
       refine_pool(refine_threads(options)),
       session_pool(session_threads(options) + options.limits.jobs),  // whose places may be lent
-      request_pool(static_cast<std::size_t>(options.request_threads)) {}
+      request_pool(static_cast<std::size_t>(options.request_threads)),
+      patient_request_pool(static_cast<std::size_t>(options.request_threads)) {}
 
 std::uint64_t Hub::memory_limit() const {
   const std::uint64_t given = options.limits.memory_bytes;
@@ -86,16 +91,25 @@ std::uint64_t Hub::memory_limit() const {
 
 session::Executor Hub::session_executor(const std::string& client) {
   using session::Urgency;
-  return
-      [this, client, place = NewestFirst::place()](session::Executor::Task task, Urgency urgency) {
-        if (urgency == Urgency::kPatient) return post_patiently(client, std::move(task));
-        if (urgency == Urgency::kRefining) {
-          refining.put(place, std::move(task));
-          return schedule_refinement();
-        }
-        refining.withdraw(place);  // the prompt task is in place of it
-        boost::asio::post(solve_pool, std::move(task));
-      };
+  using Share = TakingTurns::Share;
+  // The first patient task of a session is its build; those behind it are shorter (first solves,
+  // checks), and must not wait for builds of others, nor for what takes as long.
+  auto has_begun = std::make_shared<std::atomic<bool>>(false);
+  return [this, client, has_begun, place = NewestFirst::place()](session::Executor::Task task,
+                                                                 Urgency urgency) {
+    if (urgency == Urgency::kPatient) {
+      if (has_begun->exchange(true)) return post_patiently(client, std::move(task), Share::kPart);
+      return post_patiently("builds of " + client, std::move(task), Share::kPartButOne);
+    }
+    if (urgency == Urgency::kLong)  // takes turns with builds: no session waits to open behind it
+      return post_patiently("long tasks of " + client, std::move(task), Share::kPartButOne);
+    if (urgency == Urgency::kRefining) {
+      refining.put(place, std::move(task));
+      return schedule_refinement();
+    }
+    refining.withdraw(place);  // the prompt task is in place of it
+    boost::asio::post(solve_pool, std::move(task));
+  };
 }
 
 void Hub::schedule_refinement() {
@@ -106,8 +120,9 @@ void Hub::schedule_refinement() {
   });
 }
 
-void Hub::post_patiently(const std::string& client, std::function<void()> task) {
-  patient.put(client, std::move(task));
+void Hub::post_patiently(const std::string& client, std::function<void()> task,
+                         TakingTurns::Share share) {
+  patient.put(client, std::move(task), share);
   run_patiently();
 }
 
@@ -122,6 +137,8 @@ void Hub::run_patiently() {
     patient.run_one();
   });
 }
+
+void Hub::give_way() { lower_priority(Helpers::kPatient); }
 
 Refusal Hub::going_down() const { return shutting_down(next_run()); }
 

@@ -41,8 +41,8 @@ struct Hub {
   [[nodiscard]] session::Executor session_executor(const std::string& client);
   /// Of all sessions together [bytes].
   [[nodiscard]] std::uint64_t memory_limit() const;
-  /// For builds and jobs: on a thread that gives way to those of the other pools.
-  void post_patiently(const std::string& client, std::function<void()> task);
+  /// The calling thread, one of patient_request_pool, gives way to those of the usual pools.
+  static void give_way();
   /// Of jobs, which --max-jobs bounds.
   void post_job(std::function<void()> task);
   /// What is refused now, since the server ends.
@@ -77,8 +77,12 @@ struct Hub {
   boost::asio::thread_pool refine_pool;   // until it is final: at a somewhat lower priority
   boost::asio::thread_pool session_pool;  // builds, checks, designs and jobs: at a lower priority
   boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames
+  boost::asio::thread_pool patient_request_pool;  // exports and the like: as session_pool
 
  private:
+  /// On a thread that gives way to those of the other pools: builds leave a place to what is short.
+  void post_patiently(const std::string& client, std::function<void()> task,
+                      TakingTurns::Share share);
   void schedule_refinement();
   void run_patiently();
 };

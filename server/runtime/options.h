@@ -43,7 +43,8 @@ struct ServerOptions {
   std::filesystem::path cache_folder;        // of built models; empty: none
   std::optional<store::StoreOptions> store;  // of sessions; nothing: they end with the server
   int session_threads = 0;  // builds and solves; 0: --max-jobs and the number of cores together
-  int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
+  int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits;
+                            // and as many for patient ones, such as exports
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
   /// Server::request_drain(): before that, so many seconds at most for what is under way.
   Live<double> drain_s = 10.0;

@@ -161,6 +161,8 @@ class Record : public std::enable_shared_from_this<Record> {
     is_returning_ = true;
     returning_result_ = stored;
   }
+  /// The same, until the session starts; empty where it is no session that comes back.
+  [[nodiscard]] const proto::ResultInfo& expected_answer() const { return returning_result_; }
   /// @param then  called on the pool when its answer is there, or will not be
   /// @returns false where there is nothing to wait for
   [[nodiscard]] bool wait_for_return(std::function<void()> then);

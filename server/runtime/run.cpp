@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <random>
+
+#include "engine/base/checked_number.h"
 
 namespace limber::server {
 namespace {
@@ -35,12 +36,12 @@ SessionKey SessionKey::parse(const std::string& text) {
   // Each session has one reference: with leading zeros it would have more, of any length.
   const std::size_t digits = text.size() - at - 1;
   const bool is_written_so = digits > 0 && digits <= kUidDigits && text[at + 1] != '0';
-  const char* const end = text.data() + text.size();
-  const auto [rest, fault] = std::from_chars(text.data() + at + 1, end, key.uid);
-  if (!is_written_so || fault != std::errc() || rest != end)
+  const auto uid = parse_number<std::uint64_t>(std::string_view(text).substr(at + 1));
+  if (!is_written_so || !uid)
     throw invalid("session",
                   "a session is given as NAME or NAME@UID, its uid being a number > 0 of at most "
                   "16 digits without leading zeros");
+  key.uid = *uid;
   return key;
 }
 

@@ -22,7 +22,8 @@ class TakingTurns {
   /// Of the places, to the tasks of a client.
   enum class Share {
     kPart,
-    kAll,  // their number is bounded elsewhere
+    kPartButOne,  // as kPart of one place less, which is left to the others
+    kAll,         // their number is bounded elsewhere
   };
 
   /// @param places  tasks that run at once, besides those that lend theirs

@@ -36,7 +36,8 @@ void Ticket::stamp(proto::Reply& reply) const {
 bool Ticket::answer(proto::Reply reply, Keep keep) {
   if (answered_.exchange(true)) return false;
   stamp(reply);
-  if (reply.has_error()) {
+  // A wait that is not over after its time is asked again: nothing is wrong.
+  if (reply.has_error() && reply.error().code() != proto::ERROR_CODE_TIMEOUT) {
     counters_.errors.fetch_add(1, std::memory_order_relaxed);
     if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
       log::error(log::Fields{{"client", std::to_string(client_number_)}, {"error", "INTERNAL"}},

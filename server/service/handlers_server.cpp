@@ -3,7 +3,7 @@
 #include "server/log/log.h"
 #include "server/service/roles.h"
 #include "server/service/service.h"
-#include "server/store/counted_syncs.h"
+#include "server/store/store_vfs.h"
 #include "server/wire/errors.h"
 #include "server/wire/version.h"
 
@@ -94,10 +94,12 @@ proto::GetServerInfoResponse Service::info() const {
     store.set_parked(static_cast<std::uint32_t>(sessions_.all_parked().size()));
     store.set_sessions(store.parked() + static_cast<std::uint32_t>(sessions_.all().size()));
     store.set_bytes(counts.bytes);
+    store.set_log_bytes(counts.log_bytes);
     store.set_commits(counts.commits);
     store.set_changes(counts.changes);
     store.set_synced_commits(counts.synced_commits);
     store.set_fault(hub_.store->fault());
+    store.set_warning(hub_.store->warning());
   }
   info.set_web(hub_.web.url);
   return info;

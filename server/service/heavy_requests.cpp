@@ -16,12 +16,29 @@ void demand_room(std::uint64_t waiting, std::uint64_t more, std::uint64_t most, 
 
 }  // namespace
 
-HeavyRequests::HeavyRequests(boost::asio::thread_pool& pool, int threads, std::uint64_t most_bytes,
+void WaitingBytes::add(const std::string& client, std::uint64_t more) {
+  const std::lock_guard lock(mutex_);
+  const auto own = of_client_.find(client);
+  demand_room(own == of_client_.end() ? 0 : own->second, more, most_ / 2,
+              "bytes of this client's requests that wait for a thread");
+  demand_room(all_, more, most_, "bytes of requests that wait for a thread");
+  all_ += more;
+  of_client_[client] += more;
+}
+
+void WaitingBytes::remove(const std::string& client, std::uint64_t gone) {
+  const std::lock_guard lock(mutex_);
+  all_ -= gone;
+  const auto own = of_client_.find(client);
+  if (own != of_client_.end() && (own->second -= gone) == 0) of_client_.erase(own);
+}
+
+HeavyRequests::HeavyRequests(boost::asio::thread_pool& pool, int threads, WaitingBytes& bytes,
                              Work work)
     : pool_(pool),
       threads_(threads),
       session_threads_(std::max(1, threads - 1)),
-      most_bytes_(most_bytes),
+      bytes_(bytes),
       work_(std::move(work)) {}
 
 void HeavyRequests::add(Request&& request) {
@@ -29,14 +46,11 @@ void HeavyRequests::add(Request&& request) {
   const std::uint64_t more = request.payload.size();
   {
     const std::lock_guard lock(mutex_);
+    bytes_.add(client, more);
     const auto found = lines_.find(client);
-    demand_room(found == lines_.end() ? 0 : found->second.bytes, more, most_bytes_ / 2,
-                "bytes of this client's requests that wait for a thread");
-    demand_room(bytes_, more, most_bytes_, "bytes of requests that wait for a thread");
     Line& line = found == lines_.end() ? lines_[client] : found->second;
     if (found == lines_.end()) line.turn = turns_.insert(turns_.end(), client);
     line.bytes += more;
-    bytes_ += more;
     // A thread that works for the session, or one that works for another while no more may, comes
     // to it by itself.
     bool may_run = true;
@@ -116,7 +130,7 @@ HeavyRequests::Request HeavyRequests::start(Line& line,
   Request request = std::move(queue.begin()->second);
   queue.erase(queue.begin());
   line.bytes -= request.payload.size();
-  bytes_ -= request.payload.size();
+  bytes_.remove(client, request.payload.size());
   if (!session.empty()) {
     Session& its = sessions_.at(session);
     its.is_running = true;
@@ -178,7 +192,7 @@ std::vector<HeavyRequests::Request> HeavyRequests::take(const std::string& clien
   }
   std::sort(taken.begin(), taken.end(),
             [](const Request& a, const Request& b) { return a.number < b.number; });
-  bytes_ -= found->second.bytes;
+  bytes_.remove(client, found->second.bytes);
   turns_.erase(found->second.turn);
   lines_.erase(found);
   return taken;
@@ -192,17 +206,18 @@ std::vector<HeavyRequests::Request> HeavyRequests::take_all() {
       for (auto& [number, request] : queue) taken.push_back(std::move(request));
       erase_from(session, client);
     }
+    bytes_.remove(client, line.bytes);
   }
   lines_.clear();
   turns_.clear();
-  bytes_ = 0;
   return taken;
 }
 
 HeavyRequests::Waiting HeavyRequests::waiting() const {
   const std::lock_guard lock(mutex_);
-  Waiting waiting{0, bytes_};
+  Waiting waiting;
   for (const auto& [client, line] : lines_) {
+    waiting.bytes += line.bytes;
     for (const auto& [session, queue] : line.queues) waiting.requests += queue.size();
   }
   return waiting;

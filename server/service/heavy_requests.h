@@ -16,6 +16,22 @@
 
 namespace limber::server {
 
+/// Bytes of requests that wait, in all lines that count in it. Thread-safe.
+class WaitingBytes {
+ public:
+  /// @param most  half of it of one client. A request that would wait alone is taken at any size.
+  explicit WaitingBytes(std::uint64_t most) : most_(most) {}
+  /// @throws Refusal LIMIT_EXCEEDED: nothing is counted then
+  void add(const std::string& client, std::uint64_t more);
+  void remove(const std::string& client, std::uint64_t gone);
+
+ private:
+  const std::uint64_t most_;
+  std::mutex mutex_;
+  std::uint64_t all_ = 0;
+  std::unordered_map<std::string, std::uint64_t> of_client_;  // of those that have any
+};
+
 /// Requests that wait for a thread of a pool. Clients take turns, so that one who sends thousands
 /// holds up another by no more than those that run; and the pool never has more than one entry per
 /// thread from here, so that what else is posted to it (frames of streams) has its turn too.
@@ -33,10 +49,9 @@ class HeavyRequests {
   };
   using Work = std::function<void(Request request)>;
 
-  /// @param work        on the pool; must not throw
-  /// @param most_bytes  that may wait; half of it of one client. A request that would wait alone is
-  ///                    taken at any size.
-  HeavyRequests(boost::asio::thread_pool& pool, int threads, std::uint64_t most_bytes, Work work);
+  /// @param bytes  with what waits elsewhere; must outlive this
+  /// @param work   on the pool; must not throw
+  HeavyRequests(boost::asio::thread_pool& pool, int threads, WaitingBytes& bytes, Work work);
 
   /// One that was taken, and has another ticket now, keeps its place by its number.
   /// @throws Refusal LIMIT_EXCEEDED; the request is whole then
@@ -89,13 +104,12 @@ class HeavyRequests {
 
   boost::asio::thread_pool& pool_;
   const int threads_, session_threads_;
-  const std::uint64_t most_bytes_;
+  WaitingBytes& bytes_;
   const Work work_;
   mutable std::mutex mutex_;                     // of what follows
   std::unordered_map<std::string, Line> lines_;  // of clients that have something waiting
   std::list<std::string> turns_;                 // the same clients, whose turn is next first
   std::unordered_map<std::string, Session> sessions_;
-  std::uint64_t bytes_ = 0;   // of all lines
   std::uint64_t last_ = 0;    // number
   int runners_ = 0;           // in the pool
   int running_sessions_ = 0;  // of the runners, those that work for a session

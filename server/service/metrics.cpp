@@ -102,7 +102,7 @@ void add_requests(Families& out, const proto::GetServerInfoResponse& info) {
   };
   count("requests_total", "requests", "Requests that came, readable or not.");
   count("replies_total", "replies", "Replies that were sent.");
-  count("errors_total", "errors", "Replies that were errors.");
+  count("errors_total", "errors", "Replies that were errors, without waits that were not over.");
   count("malformed_requests_total", "malformed", "Requests whose bytes could not be read.");
   count("dropped_requests_total", "dropped_requests", "Requests that could not be answered.");
   count("dropped_replies_total", "dropped_replies",
@@ -181,9 +181,12 @@ void add_store(Families& out, const proto::GetServerInfoResponse& info) {
               store.synced_commits());
   out.counter("store_changes_total", "Changes in these transactions.", store.changes());
   out.gauge("store_bytes", "Size of the store's files.", store.bytes());
+  out.gauge("store_log_bytes", "Size of its write-ahead log, one of these.", store.log_bytes());
   out.gauge("store_sessions", "Sessions in the store.", std::uint64_t{store.sessions()});
   out.gauge("store_fault", "1 while the store cannot be written.",
             std::uint64_t{!store.fault().empty()});
+  out.gauge("store_warning", "1 while the store has a warning, see `limber status`.",
+            std::uint64_t{!store.warning().empty()});
 }
 
 /// By the names that Prometheus' own clients use.

@@ -6,6 +6,7 @@
 #include <future>
 
 #include "server/log/log.h"
+#include "server/runtime/process_use.h"
 #include "server/service/metrics.h"
 #include "server/wire/errors.h"
 
@@ -88,6 +89,21 @@ void Server::ask_loops(std::function<void()> done) {
     if (!gateway_) return then();
     gateway_->call(std::move(then));
   });
+}
+
+void Server::log_status() const {
+  const proto::GetServerInfoResponse info = service_.info();
+  const ProcessUse use = ProcessUse::now();
+  const auto parked = info.has_store() ? info.store().parked() : 0;
+  std::string remarks;
+  for (const std::string& reason : service_.not_ready()) remarks += "; " + reason;
+  if (!info.store().warning().empty()) remarks += "; " + info.store().warning();
+  log::info(
+      "status: up {:.0f} s; sessions: {} in memory, {} parked; jobs: {}; requests: {} open of {}, "
+      "errors: {}; {:.0f} MB resident, {:.1f} s of processor time, open files: {}{}",
+      info.uptime_s(), service_.sessions().all().size(), parked, hub_.jobs.running(),
+      hub_.open_requests.total(), hub_.counters.requests.load(), hub_.counters.errors.load(),
+      static_cast<double>(use.resident_bytes) * 1e-6, use.cpu_s, use.open_files, remarks);
 }
 
 Server::Ending Server::run() {
@@ -202,6 +218,7 @@ Server::Ending Server::shut_down() {
     hub_.refine_pool.join();
     hub_.session_pool.join();
     hub_.request_pool.join();
+    hub_.patient_request_pool.join();
   }
   // Not by its destructor, which does not come where some task is left behind.
   if (hub_.store) lost_changes_ = hub_.store->end();

@@ -51,6 +51,8 @@ class Server {
   /// Calls `done` on the thread of control() once the loops of the server have come round: those of
   /// the sockets, of pages, and of timers. Any thread.
   void ask_loops(std::function<void()> done);
+  /// How it does, as a line of the log. Any thread.
+  void log_status() const;
   /// Clients in place of those that were allowed. Any thread. @throws Error, and they stay, where
   /// the list that they are from cannot be read again
   void allow(AllowedKeys keys) { service_.allow(std::move(keys)); }

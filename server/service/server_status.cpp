@@ -98,11 +98,11 @@ void Service::describe_status(proto::ServerStatus& status) const {
   for (const auto& parked : sessions.parked) *status.add_sessions() = use_of(parked.status);
   describe(hub_.counters.acknowledgements, *status.mutable_acknowledgements());
   auto& queues = *status.mutable_queues();
-  const auto heavy = heavy_.waiting();
+  const auto heavy = heavy_.waiting(), patient = patient_.waiting();
   queues.set_open_requests(hub_.open_requests.total());
   queues.set_unread_bytes(hub_.transport.unread_bytes());
-  queues.set_heavy_requests(heavy.requests);
-  queues.set_heavy_bytes(heavy.bytes);
+  queues.set_heavy_requests(heavy.requests + patient.requests);
+  queues.set_heavy_bytes(heavy.bytes + patient.bytes);
   queues.set_page_bytes(hub_.counters.web_queue_bytes.load());
   describe_readers(queues);
   describe(ProcessUse::now(), *status.mutable_process());

@@ -116,8 +116,13 @@ Service::Service(Hub& hub, Kinds kinds, std::function<void()> request_stop)
       request_stop_(std::move(request_stop)),
       sessions_(hub.options.limits.sessions, hub.run, hub.session_ids),
       kept_(hub, kinds_, scenes_, sessions_),
-      heavy_(hub.request_pool, hub.options.request_threads, hub.options.limits.queued_request_bytes,
-             [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {
+      waiting_bytes_(hub.options.limits.queued_request_bytes),
+      heavy_(hub.request_pool, hub.options.request_threads, waiting_bytes_,
+             [this](HeavyRequests::Request request) {
+               if (!pass_to_patient(request)) work_on(std::move(request));
+             }),
+      patient_(hub.patient_request_pool, hub.options.request_threads, waiting_bytes_,
+               [this](HeavyRequests::Request request) { work_patiently_on(std::move(request)); }) {
   kept_.recall(replies_);
 }
 
@@ -189,7 +194,7 @@ bool Service::came_before(const SharedTicket& ticket, const Address& address,
 
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
   const bool large = payload.size() > kLightBytes;
-  const bool is_heavy = verb_of(body).lane == Lane::kHeavy;
+  const bool is_heavy = verb_of(body).lane != Lane::kLight;
   const bool is_edit = body == proto::Request::kEdit;
   // Of NAME and NAME@UID the name: requests of both are in one order.
   std::string session = peek_session(payload.to_string_view(), body);
@@ -213,7 +218,29 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
   } else {
     demand_room_of_client(*ticket);
   }
+  if (verb_of(body).lane == Lane::kPatient && !is_behind)
+    return patient_.add({ticket, std::move(payload)});
   heavy_.add({ticket, std::move(payload), is_edit || is_behind ? session : ""});
+}
+
+bool Service::pass_to_patient(HeavyRequests::Request& request) {
+  if (request.session.empty()) return false;
+  const RequestPeek peek = peek_request(request.payload.to_string_view());
+  if (verb_of(peek.body).lane != Lane::kPatient) return false;
+  const SharedTicket ticket = request.ticket;
+  request.session.clear();
+  request.number = 0;
+  try {
+    patient_.add(std::move(request));
+  } catch (const Refusal& refusal) {
+    ticket->refuse_unbegun(refusal);
+  }
+  return true;
+}
+
+void Service::work_patiently_on(HeavyRequests::Request request) {
+  Hub::give_way();
+  work_on(std::move(request));
 }
 
 bool Service::is_light_edit(const Request& request) const {
@@ -307,13 +334,15 @@ void Service::gone(const std::string& client) {
 }
 
 void Service::drop_waiting(const std::string& client) {
-  for (auto& request : heavy_.take(client)) {
-    const auto heir = request.ticket->abandon();
-    if (!heir) continue;
-    try {
-      heavy_.add({heir, std::move(request.payload), std::move(request.session), request.number});
-    } catch (const Refusal& refusal) {
-      heir->refuse_unbegun(refusal);
+  for (HeavyRequests* const line : {&heavy_, &patient_}) {
+    for (auto& request : line->take(client)) {
+      const auto heir = request.ticket->abandon();
+      if (!heir) continue;
+      try {
+        line->add({heir, std::move(request.payload), std::move(request.session), request.number});
+      } catch (const Refusal& refusal) {
+        heir->refuse_unbegun(refusal);
+      }
     }
   }
 }
@@ -328,7 +357,9 @@ void Service::disconnected(const std::string& client) {
 }
 
 void Service::refuse_waiting(const Refusal& refusal) {
-  for (auto& request : heavy_.take_all()) request.ticket->refuse(refusal);
+  for (HeavyRequests* const line : {&heavy_, &patient_}) {
+    for (auto& request : line->take_all()) request.ticket->refuse(refusal);
+  }
 }
 
 void Service::demand_room_of_client(const Ticket& ticket) const {

@@ -20,9 +20,10 @@
 namespace limber::server {
 
 /// Requests to answers. Light ones (few edits, waits, status) are handled where they arrive, on the
-/// transport's thread, in the order of arrival; heavy ones (meshes, frames, exports) on a pool, in
-/// any order. Many edits of a session are made on the pool, too: as long as they run,
-/// what else a client sends to this session is handled behind them, in the order of arrival.
+/// transport's thread, in the order of arrival; heavy ones (meshes, frames) on a pool, in any
+/// order, and patient ones (exports, what begins jobs) on another, at the priority of jobs. Many
+/// edits of a session are made on the pool, too: as long as they run, what else a client sends to
+/// this session is handled behind them, in the order of arrival.
 class Service {
  public:
   /// @param request_stop  called when a client asks for shutdown
@@ -50,6 +51,7 @@ class Service {
   void refuse_waiting(const Refusal& refusal);
 
   [[nodiscard]] SessionRegistry& sessions() { return sessions_; }
+  [[nodiscard]] const SessionRegistry& sessions() const { return sessions_; }
 
   // Any thread:
   /// Without token and `status`.
@@ -64,8 +66,9 @@ class Service {
   using Request = proto::Request;
 
   // verbs.cpp: one row for each kind of request.
-  /// Where it is handled: on the transport's thread, or on the pool.
-  enum class Lane { kLight, kHeavy };
+  /// Where it is handled: on the transport's thread, or on a pool; at a lower priority where nobody
+  /// sees the answer move.
+  enum class Lane { kLight, kHeavy, kPatient };
   /// Requests that leave something behind are done once, however often they come.
   enum class Effect { kNone, kLasting };
   struct Verb {
@@ -90,6 +93,10 @@ class Service {
                                  const RequestPeek& peek, const zmq::message_t& payload);
   void dispatch(const SharedTicket& ticket, int body, zmq::message_t payload);
   void work_on(HeavyRequests::Request request);
+  void work_patiently_on(HeavyRequests::Request request);
+  /// A patient request whose turn among the edits of its session has come. @returns whether it is
+  /// one
+  [[nodiscard]] bool pass_to_patient(HeavyRequests::Request& request);
   /// Drops what the client has waiting for a thread, unless it was repeated on another connection.
   void drop_waiting(const std::string& client);
   /// May it be made on the transport's thread?
@@ -185,7 +192,8 @@ class Service {
   std::mutex list_order_;  // of changes of the list of keys
   StoredReplies replies_;
   ReplyParts reply_parts_;
-  HeavyRequests heavy_;
+  WaitingBytes waiting_bytes_;  // of both
+  HeavyRequests heavy_, patient_;
 };
 
 }  // namespace limber::server

@@ -84,7 +84,7 @@ void Service::refuse_empty(const SharedTicket&, const Request&) {
 Service::Verb Service::verb_of(int body) {
   using Reply = proto::Reply;
   using S = Service;
-  constexpr Lane kLight = Lane::kLight, kHeavy = Lane::kHeavy;
+  constexpr Lane kLight = Lane::kLight, kHeavy = Lane::kHeavy, kPatient = Lane::kPatient;
   constexpr Effect kNone = Effect::kNone, kLasting = Effect::kLasting;
   switch (static_cast<Request::BodyCase>(body)) {
     case Request::kGetServerInfo:
@@ -112,7 +112,7 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kNone,
               &S::reply<&Request::get_frames, &Reply::mutable_get_frames, &S::get_frames>};
     case Request::kExport:
-      return {kHeavy, kNone,
+      return {kPatient, kNone,
               &S::reply<&Request::export_, &Reply::mutable_export_, &S::export_part>};
     case Request::kCancel:
       return {kLight, kLasting, &S::reply<&Request::cancel, &Reply::mutable_cancel, &S::cancel>};
@@ -120,17 +120,17 @@ Service::Verb Service::verb_of(int body) {
       return {kLight, kLasting, &S::ask_session, "cold solve"};
     case Request::kValidateScene:
       return {
-          kHeavy, kNone,
+          kPatient, kNone,
           &S::reply<&Request::validate_scene, &Reply::mutable_validate_scene, &S::validate_scene>};
     case Request::kGetSample:
-      return {kHeavy, kNone,
+      return {kPatient, kNone,
               &S::reply<&Request::get_sample, &Reply::mutable_get_sample, &S::get_sample>};
     case Request::kTetrahedralize:
-      return {kHeavy, kLasting, &S::ask_kinds};
+      return {kPatient, kLasting, &S::ask_kinds};
     case Request::kSimulate:
-      return {kHeavy, kLasting, &S::ask_kinds};
+      return {kPatient, kLasting, &S::ask_kinds};
     case Request::kRecover:
-      return {kHeavy, kLasting, &S::ask_kinds};
+      return {kPatient, kLasting, &S::ask_kinds};
     case Request::kStartDesign:
       return {kHeavy, kLasting, &S::ask_session, "design"};
     case Request::kChangeDesign:
@@ -146,9 +146,9 @@ Service::Verb Service::verb_of(int body) {
     case Request::kGetDesign:
       return {kHeavy, kNone, &S::ask_session, "design"};
     case Request::kMakeStartingGrid:
-      return {kHeavy, kNone, &S::ask_kinds};
+      return {kPatient, kNone, &S::ask_kinds};
     case Request::kSolveBeams:
-      return {kHeavy, kLasting, &S::ask_kinds};
+      return {kPatient, kLasting, &S::ask_kinds};
     case Request::kGetBeamSolution:
       return {kHeavy, kNone, &S::ask_session, "solution of beams"};
     case Request::kExplain:
@@ -156,7 +156,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kLookAt:
       return {kLight, kNone, &S::ask_session, "long motion"};
     case Request::kSaveSession:
-      return {kHeavy, kNone,
+      return {kPatient, kNone,
               &S::reply<&Request::save_session, &Reply::mutable_save_session, &S::save_session>};
     case Request::kRestoreSession:
       return {kHeavy, kLasting, &S::reply_later<&Request::restore_session, &S::restore_session>};

@@ -19,6 +19,12 @@ inline constexpr std::uint64_t kReplySeconds = 600;
 /// stays small behind any number of requests.
 inline constexpr std::uint64_t kRepliesOfClient = 256, kReplyBytesOfClient = 1 << 20;
 
+/// Of the write-ahead log: SQLite folds it into the file at about half of that, and gives back what
+/// is beyond. While another process reads the file, it cannot, and the log grows [bytes].
+inline constexpr std::uint64_t kLogBytes = 8 << 20;
+/// A log that could not be folded for so many bytes is worth a warning.
+inline constexpr std::uint64_t kUnfoldedBytes = 2 * kLogBytes;
+
 struct StoreOptions {
   /// Of a file that is bounded: an empty one takes about half of that.
   static constexpr std::uint64_t kLeastBytes = 64 << 10;
@@ -37,6 +43,7 @@ struct StoreOptions {
   [[nodiscard]] std::filesystem::path file() const { return folder / "sessions.sqlite"; }
   /// SQLite's own, beside it.
   [[nodiscard]] std::filesystem::path log() const { return folder / "sessions.sqlite-wal"; }
+  [[nodiscard]] std::filesystem::path log_index() const { return folder / "sessions.sqlite-shm"; }
   [[nodiscard]] std::filesystem::path reserve() const { return folder / "sessions.reserve"; }
   /// @throws Error{kInvalidArgument} naming the option
   void validate() const;

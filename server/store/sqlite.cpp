@@ -5,10 +5,12 @@
 
 #include <system_error>
 
-#include "server/store/counted_syncs.h"
-
 namespace limber::server::store {
 namespace {
+
+// For locks of other processes. With the store's pause between two attempts to write it is less
+// than the 2 s after which an edit is answered [ms].
+constexpr int kBusyTime = 1400;
 
 [[noreturn]] void fail(const std::string& file, sqlite3* handle, int code) {
   const char* const text = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
@@ -16,6 +18,9 @@ namespace {
   const int kind = code & 0xff;  // of an extended code
   if (kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB)
     throw DamagedFile(message + "; bring the file back from a copy, without those of its log");
+  if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED)
+    throw LockedFile(message + "; another process holds it");
+  if (kind == SQLITE_CONSTRAINT) throw ConflictingRow(message);
   throw Error(ErrorCode::kIo, "", message);
 }
 
@@ -28,13 +33,18 @@ Database::Database(const std::filesystem::path& file, Access access) : file_(fil
       access == Access::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   sqlite3* handle = nullptr;
   // A mutex of SQLite's own is not needed: one thread at a time.
-  const int code =
-      sqlite3_open_v2(file.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, counting_vfs());
+  const int code = sqlite3_open_v2(file.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, store_vfs());
   handle_.reset(handle);
   if (code != SQLITE_OK) fail(file.string(), handle, code);
   sqlite3_extended_result_codes(handle, 1);
-  sqlite3_busy_timeout(handle, 5000);
+  sqlite3_busy_timeout(handle, kBusyTime);
 }
+
+Database::NoWait::NoWait(Database& database) : database_(database) {
+  sqlite3_busy_timeout(database_.handle_.get(), 0);
+}
+
+Database::NoWait::~NoWait() { sqlite3_busy_timeout(database_.handle_.get(), kBusyTime); }
 
 void Database::run(const char* sql) {
   const int code = sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr);
@@ -60,6 +70,24 @@ void Database::fold_log() {
   if (!fault && bytes > present && bytes - present > available) return;
   run("PRAGMA wal_checkpoint(TRUNCATE)");
 }
+
+void Database::copy_to(const std::filesystem::path& copy) {
+  Database target(copy, Access::kWrite);
+  sqlite3_backup* const backup =
+      sqlite3_backup_init(target.handle_.get(), "main", handle_.get(), "main");
+  if (backup == nullptr)
+    fail(copy.string(), target.handle_.get(), sqlite3_errcode(target.handle_.get()));
+  constexpr int kAllPages = -1;  // in one breath: a writer meanwhile does not begin it anew
+  (void)sqlite3_backup_step(backup, kAllPages);
+  const int code = sqlite3_backup_finish(backup);
+  if (code != SQLITE_OK) fail(copy.string(), target.handle_.get(), code);
+}
+
+std::uint64_t Database::changed_rows() const {
+  return static_cast<std::uint64_t>(sqlite3_changes(handle_.get()));
+}
+
+std::optional<LogIndex> Database::log_index() const { return store::log_index(handle_.get()); }
 
 void Database::leave_log() noexcept {
   sqlite3_db_config(handle_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);

@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "server/store/store_vfs.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -21,10 +23,34 @@ class DamagedFile : public Error {
   explicit DamagedFile(const std::string& message) : Error(ErrorCode::kIo, "", message) {}
 };
 
+/// Another process has held the file locked for as long as a statement waits. Code kIo.
+class LockedFile : public Error {
+ public:
+  explicit LockedFile(const std::string& message) : Error(ErrorCode::kIo, "", message) {}
+};
+
+/// A row of that key is there. Code kIo.
+class ConflictingRow : public Error {
+ public:
+  explicit ConflictingRow(const std::string& message) : Error(ErrorCode::kIo, "", message) {}
+};
+
 /// One connection to a file of SQLite. Used by one thread at a time.
 class Database {
  public:
   enum class Access { kRead, kWrite };
+
+  /// While it lives, statements do not wait for locks of other processes.
+  class NoWait {
+   public:
+    explicit NoWait(Database& database);
+    ~NoWait();
+    NoWait(const NoWait&) = delete;
+    NoWait& operator=(const NoWait&) = delete;
+
+   private:
+    Database& database_;
+  };
 
   /// Makes the file where there is none, for kWrite.
   /// @throws Error{kIo} naming the file
@@ -37,6 +63,12 @@ class Database {
   /// Does nothing where the disk has no room for the file to grow by that: half of it would take
   /// the last room for nothing. @throws Error{kIo}
   void fold_log();
+  /// Copies what is committed into another file, which is made anew or overwritten. Others may read
+  /// and write meanwhile. @throws Error{kIo}
+  void copy_to(const std::filesystem::path& copy);
+  /// Rows that the last statement has changed.
+  [[nodiscard]] std::uint64_t changed_rows() const;
+  [[nodiscard]] std::optional<LogIndex> log_index() const;
   /// The log is not brought into the file when this is closed.
   void leave_log() noexcept;
   /// Undoes what was begun; does nothing where nothing was.

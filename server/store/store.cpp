@@ -62,8 +62,10 @@ void add_newest(SavedCheckpoint checkpoint, std::map<std::uint64_t, SavedCheckpo
 }
 
 /// To which more room on the disk is no help.
-bool is_damage(const std::exception& fault) {
-  return dynamic_cast<const DamagedFile*>(&fault) != nullptr;
+bool is_no_matter_of_room(const std::exception& fault) {
+  return dynamic_cast<const DamagedFile*>(&fault) != nullptr ||
+         dynamic_cast<const LockedFile*>(&fault) != nullptr ||
+         dynamic_cast<const WriterHasEnded*>(&fault) != nullptr;
 }
 
 /// What is read in one breath, whatever is written meanwhile.
@@ -96,7 +98,7 @@ void Store::open_writer() {
   try {
     writer_ = std::make_unique<Writer>(options_);
   } catch (const Error& fault) {  // the index of the log takes some room, too
-    if (is_damage(fault) || fault.code() != ErrorCode::kIo || !reserve_.give_up()) throw;
+    if (is_no_matter_of_room(fault) || fault.code() != ErrorCode::kIo || !reserve_.give_up()) throw;
     writer_ = std::make_unique<Writer>(options_);
   }
   const auto try_to = [this](void (Writer::*forget)()) {
@@ -105,7 +107,7 @@ void Store::open_writer() {
       return true;
     } catch (const std::exception& fault) {
       log::warn("what is too old stays in the store: {}", fault.what());
-      return is_damage(fault);
+      return is_no_matter_of_room(fault);
     }
   };
   if (!try_to(&Writer::forget_unchanged) && reserve_.give_up())
@@ -187,9 +189,9 @@ void Store::write_all() {
     if (!is_behind) {
       while (writer_->has_superseded()) {  // a few, then what has come meanwhile
         lock.unlock();
-        forget_superseded();
+        const bool is_held = !forget_superseded();
         lock.lock();
-        if (has_news()) break;
+        if (is_held || has_news()) break;
       }
       changed_.wait(lock, has_news);
     } else if (!is_ending_ && !has_made_room) {
@@ -203,12 +205,17 @@ void Store::write_all() {
     const bool is_last = is_ending_;
     is_writing_ = true;
     lock.unlock();
-    const std::string fault = try_to_write(work);
-    const auto outcome = [&fault](Keep keep) {
-      return fault.empty() ? nullptr : not_written(fault, keep);
+    const auto [fault, may_room_help] = try_to_write(work);
+    if (!fault.empty()) {  // what has come meanwhile is not to wait for the next attempt
+      lock.lock();
+      take_waiting(work);
+      lock.unlock();
+    }
+    const auto outcome = [&why = fault](Keep keep) {
+      return why.empty() ? nullptr : not_written(why, keep);
     };
     const std::vector<Done> answered = take_answer_callbacks(work);
-    has_made_room = !fault.empty() && make_room(work);
+    has_made_room = may_room_help && make_room(work);
     for (Batch& batch : work.batches) {
       if (const Done done = std::exchange(batch.done, nullptr)) {
         done(outcome(batch.keep));
@@ -216,9 +223,8 @@ void Store::write_all() {
     }
     for (const Done& done : answered) done(outcome(Keep::kUntilWritten));
     if (fault.empty()) {
-      write_checkpoints(work);
-      work = {};
-      forget_now_and_then();
+      keep_house(work);
+      if (is_last) work = {};  // the edits that a checkpoint stands for are stored
       reserve_.restore();
     } else {
       std::erase_if(work.batches, [](const Batch& batch) { return batch.keep == Keep::kNotAtAll; });
@@ -279,23 +285,32 @@ void Store::write(const Work& work) {
   note_written(count_of(work));
 }
 
-std::string Store::try_to_write(const Work& work) {
-  const auto attempt = [&]() -> std::string {
+Store::Outcome Store::try_to_write(const Work& work) {
+  const auto attempt = [&]() -> Outcome {
     try {
       write(work);
       return {};
     } catch (const std::exception& error) {
       writer_->roll_back();
-      return error.what();
+      return {error.what(), !is_no_matter_of_room(error)};
     }
   };
-  std::string fault = attempt();
-  if (!fault.empty()) {
+  Outcome outcome = attempt();
+  if (outcome.may_room_help) {
     writer_->give_back();  // what the log held may be room enough
-    fault = attempt();
+    outcome = attempt();
   }
-  if (!fault.empty()) note_fault(fault);
-  return fault;
+  if (!outcome.fault.empty()) note_fault(outcome.fault);
+  return outcome;
+}
+
+/// What nobody waits for. It waits for no lock either: an edit that comes meanwhile would wait for
+/// it, and then for its own.
+void Store::keep_house(Work& work) {
+  work.batches.clear();
+  work.answers.clear();
+  const auto no_wait = writer_->without_waiting();
+  if (write_checkpoints(work)) forget_now_and_then();
 }
 
 /// What is written stays written, whether or not room is made behind it.
@@ -308,27 +323,38 @@ void Store::forget_now_and_then() {
 }
 
 /// Behind the edits that they stand for, and behind the answers to who made them.
-void Store::write_checkpoints(Work& work) {
-  if (work.checkpoints.empty()) return;
+bool Store::write_checkpoints(Work& work) {
+  if (work.checkpoints.empty()) return true;
   try {
     writer_->begin();
     for (const auto& [uid, checkpoint] : work.checkpoints) writer_->write(checkpoint);
     writer_->commit();
     note_written(0);
+  } catch (const LockedFile& fault) {
+    writer_->roll_back();
+    log::debug("checkpoints wait: {}", fault.what());
+    return false;
   } catch (const std::exception& fault) {
     writer_->roll_back();
     log::warn("edits of sessions stay in the store, no checkpoint could be written: {}",
               fault.what());
   }
+  work.checkpoints.clear();
+  return true;
 }
 
-void Store::forget_superseded() {
+bool Store::forget_superseded() {
+  const auto no_wait = writer_->without_waiting();
   try {
     writer_->forget_superseded();
+  } catch (const LockedFile& fault) {
+    log::debug("edits that a checkpoint stands for wait: {}", fault.what());
+    return false;
   } catch (const std::exception& fault) {
     log::warn("edits that a checkpoint stands for stay in the store: {}", fault.what());
     writer_->leave_superseded();
   }
+  return true;
 }
 
 bool Store::make_room(Work& work) {
@@ -372,19 +398,40 @@ bool Store::remove(const std::set<std::uint64_t>& uids, const std::vector<KeptRe
       return true;
     } catch (const std::exception& fault) {
       log::debug("not even that can be written: {}", fault.what());
-      if (is_damage(fault)) return false;
+      if (is_no_matter_of_room(fault)) return false;
     }
   } while (reserve_.give_up());
   return false;
 }
 
 void Store::note_written(std::size_t changes) {
+  note_log();
   const std::lock_guard lock(mutex_);
   ++commits_;
   changes_ += changes;
   if (fault_.empty()) return;
   log::info("the store can be written again");
   fault_.clear();
+}
+
+/// SQLite folds the log behind a commit: what it could not, it could not for a reader, since the
+/// sessions that this server reads are short.
+void Store::note_log() {
+  const auto index = writer_->log_index();
+  const bool is_held = index && index->unfolded_bytes() > kUnfoldedBytes;
+  const std::lock_guard lock(mutex_);
+  if (is_held == !warning_.empty()) return;
+  if (is_held) {
+    warning_ = fmt::format(
+        "the log {} grows without bound: another process reads the store in a transaction that "
+        "does "
+        "not end, and it cannot be folded meanwhile",
+        options_.log().string());
+    log::warn("{}", warning_);
+  } else {
+    warning_.clear();
+    log::info("the log of the store is folded again");
+  }
 }
 
 void Store::note_fault(const std::string& fault) {
@@ -397,6 +444,11 @@ void Store::note_fault(const std::string& fault) {
 std::string Store::fault() const {
   const std::lock_guard lock(mutex_);
   return fault_;
+}
+
+std::string Store::warning() const {
+  const std::lock_guard lock(mutex_);
+  return warning_;
 }
 
 std::vector<StoredHead> Store::heads() {
@@ -459,9 +511,11 @@ std::vector<KeptReply> Store::replies(std::uint64_t seconds) {
 }
 
 Store::Counts Store::counts() const {
-  const std::uint64_t bytes = length_of(options_.file()) + length_of(options_.log());
+  const std::uint64_t log_bytes = length_of(options_.log());
+  const std::uint64_t bytes = length_of(options_.file()) + log_bytes;
   const std::lock_guard lock(mutex_);
-  return {bytes, commits_, changes_, options_.durability == Durability::kPower ? commits_ : 0};
+  return {bytes, log_bytes, commits_, changes_,
+          options_.durability == Durability::kPower ? commits_ : 0};
 }
 
 }  // namespace limber::server::store

@@ -31,7 +31,8 @@ class Writer;
 ///
 /// Changes are written in the order in which they came, by a thread of the store's own; those that
 /// wait together are one transaction and one sync. Where that fails, all of it is kept and tried
-/// again until it succeeds; those that wait for it learn why at once.
+/// again until it succeeds; those that wait for it learn why at once. A store whose log is gone, or
+/// that another server has begun to write to, is not written any more.
 class Store {
  public:
   /// Called once, by the store's thread (where that has ended, or cannot write, by the caller's):
@@ -64,6 +65,8 @@ class Store {
 
   /// Why changes cannot be written now; empty: they can.
   [[nodiscard]] std::string fault() const;
+  /// What an operator should look at while changes are written; empty: nothing.
+  [[nodiscard]] std::string warning() const;
   [[nodiscard]] std::vector<StoredHead> heads();
   /// @throws Error{kNotFound, "session"}; {kIo} where it cannot be read
   [[nodiscard]] proto::StoredSession load(std::uint64_t uid);
@@ -77,6 +80,7 @@ class Store {
 
   struct Counts {
     std::uint64_t bytes = 0;  // of the file and its log
+    std::uint64_t log_bytes = 0;
     std::uint64_t commits = 0, changes = 0;
     std::uint64_t synced_commits = 0;  // before they were acknowledged
   };
@@ -104,19 +108,25 @@ class Store {
   [[nodiscard]] static std::size_t count_of(const Work& work);
   [[nodiscard]] static std::vector<Done> take_answer_callbacks(Work& work);
   void write(const Work& work);
-  /// @returns why not; empty: all of it is written
-  [[nodiscard]] std::string try_to_write(const Work& work);
+  struct Outcome {
+    std::string fault;           // why not; empty: all of it is written
+    bool may_room_help = false;  // on the disk, to what failed
+  };
+  [[nodiscard]] Outcome try_to_write(const Work& work);
   /// Of what could not be written: sessions that are closed make room first.
   /// @returns whether there were such, and they are removed
   bool make_room(Work& work);
   [[nodiscard]] bool remove(const std::set<std::uint64_t>& uids,
                             const std::vector<KeptReply>& replies);
   void open_writer();
+  void keep_house(Work& work);
   void forget_now_and_then();
-  void write_checkpoints(Work& work);
-  void forget_superseded();
+  /// @returns false where another process holds the file: later, then
+  [[nodiscard]] bool write_checkpoints(Work& work);
+  [[nodiscard]] bool forget_superseded();
   void note_written(std::size_t changes);
   void note_fault(const std::string& fault);
+  void note_log();
 
   const StoreOptions options_;
   const FolderLock lock_;
@@ -129,7 +139,7 @@ class Store {
   std::condition_variable changed_, idle_;
   Work waiting_;
   bool is_ending_ = false, is_writing_ = false;
-  std::string fault_;
+  std::string fault_, warning_;
   std::uint64_t commits_ = 0, changes_ = 0;
   std::size_t lost_ = 0;  // in the end
   std::thread thread_;    // last: it uses the rest

@@ -1,7 +1,6 @@
 #include "server/store/writer.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -27,13 +26,6 @@ constexpr std::uint64_t kFirstForm = 1, kForm = 2;
 constexpr std::uint64_t kFewEdits = 128;
 /// A revision behind all others, and an integer of SQLite.
 constexpr std::uint64_t kLastRevision = std::numeric_limits<std::int64_t>::max();
-
-/// {} where it is not there: no file has inode 0.
-FileIdentity identity_of(const std::filesystem::path& path) {
-  struct stat file {};
-  if (::stat(path.c_str(), &file) != 0) return {};
-  return {file.st_dev, file.st_ino};
-}
 
 std::uint64_t now_s() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -80,9 +72,7 @@ class Sparing {
 }  // namespace
 
 Writer::Writer(const StoreOptions& options)
-    : options_(options),
-      database_(options.file(), Database::Access::kWrite),
-      identity_(identity_of(options.file())) {
+    : options_(options), database_(options.file(), Database::Access::kWrite), files_(options) {
   check_is_limber_store();
   check_structure();
   if (damage_.empty()) check_log();
@@ -96,6 +86,7 @@ Writer::Writer(const StoreOptions& options)
   database_.run("PRAGMA journal_mode = WAL");
   database_.run(options.durability == Durability::kPower ? "PRAGMA synchronous = FULL"
                                                          : "PRAGMA synchronous = NORMAL");
+  database_.run(fmt::format("PRAGMA journal_size_limit = {}", kLogBytes).c_str());
   if (options.bytes > 0) {
     auto size = database_.prepare("PRAGMA page_size");
     if (size.step())
@@ -135,7 +126,9 @@ Writer::Writer(const StoreOptions& options)
                 fmt::format("{} is of form {}; this server reads forms {} to {}",
                             database_.file().string(), form.number(0), kFirstForm, kForm));
   }
+  files_.remember_log();
   prepare();
+  run_ = newest_run();
 }
 
 /// A foreign database gets no tables, nor a store that has lost some.
@@ -155,11 +148,11 @@ void Writer::prepare() {
   const auto sql = [this](const char* text) { return database_.prepare(text); };
   statements_.emplace(Statements{
       sql("DELETE FROM replies WHERE client = ? AND id = ?"),
-      sql("INSERT OR REPLACE INTO sessions VALUES(?, ?, ?, ?, ?, 0, ?)"),
+      // Plain ones: a row that is there was written by somebody else.
+      sql("INSERT INTO sessions VALUES(?, ?, ?, ?, ?, 0, ?)"),
       // None of a session that was closed meanwhile.
-      sql("INSERT OR REPLACE INTO edits SELECT ?, ?, ? WHERE EXISTS"
-          " (SELECT 1 FROM sessions WHERE uid = ?)"),
-      sql("UPDATE sessions SET revision = ?, touched = ? WHERE uid = ?"),
+      sql("INSERT INTO edits SELECT ?, ?, ? WHERE EXISTS (SELECT 1 FROM sessions WHERE uid = ?)"),
+      sql("UPDATE sessions SET revision = ?1, touched = ?2 WHERE uid = ?3 AND revision < ?1"),
       sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?)"),
       // One that took long comes behind a newer one, whose edits are gone.
@@ -179,7 +172,8 @@ void Writer::prepare() {
       sql("INSERT OR REPLACE INTO seals SELECT ?, ?, coalesce(max(rowid), 0) FROM runs"),
       sql("DELETE FROM seals WHERE uid = ?"),
       sql("INSERT OR REPLACE INTO removed_sessions VALUES(?)"),
-      sql("DELETE FROM removed_sessions WHERE uid = ?")});
+      sql("DELETE FROM removed_sessions WHERE uid = ?"),
+      sql("SELECT coalesce(max(rowid), 0) FROM runs")});
   if (damage_.empty()) find_superseded();
 }
 
@@ -238,33 +232,6 @@ void Writer::check_log() {
         options_.log().string(), lost);
 }
 
-void Writer::begin() {
-  demand_file();
-  database_.run("BEGIN IMMEDIATE");
-}
-
-/// What is written to a file that was removed or moved away is there for nobody.
-void Writer::demand_file() const {
-  if (!damage_.empty()) throw DamagedFile(damage_);
-  const FileIdentity found = identity_of(database_.file());
-  if (found == identity_ && found != FileIdentity{}) return;
-  throw Error(ErrorCode::kIo, "",
-              fmt::format("the store {} was removed or moved away: bring it back, or start limberd "
-                          "again",
-                          database_.file().string()));
-}
-
-void Writer::commit() {
-  database_.run("COMMIT");
-  for (const auto& [uid, revision] : begun_)
-    superseded_[uid] = std::max(superseded_[uid], revision);
-  begun_.clear();
-}
-
-void Writer::write(const Change& change) {
-  std::visit([this](const auto& one) { take(one); }, change);
-}
-
 void Writer::remove(std::uint64_t uid) {
   remove_but_edits(uid);
   statements_->forget_edits.again().bind(uid).step();
@@ -304,7 +271,11 @@ void Writer::take(const EditedSession& edited) {
       .bind_bytes(edited.edit)
       .bind(edited.uid)
       .step();
+  if (database_.changed_rows() == 0) return;
   statements_->touch.again().bind(edited.revision).bind(now_s()).bind(edited.uid).step();
+  if (database_.changed_rows() == 0)
+    throw ConflictingRow(
+        fmt::format("edit {} of session {} comes behind a newer one", edited.revision, edited.uid));
 }
 
 void Writer::take(const SavedCheckpoint& saved) {
@@ -365,7 +336,7 @@ void Writer::make_room(const std::set<std::uint64_t>& uids, const std::vector<Ke
 }
 
 void Writer::give_back() noexcept {
-  if (!damage_.empty()) return;
+  if (!damage_.empty() || !end_.empty()) return;
   const auto try_to = [](auto step) {
     try {
       step();
@@ -426,10 +397,11 @@ void Writer::take(const StartedRun& run) {
   note.bind_text(run.instance).bind(now_s()).step();
   auto seals = database_.prepare("INSERT OR REPLACE INTO sealing_runs VALUES(?)");
   seals.bind_text(run.instance).step();
-  // So many that a client finds its own among them, were it away for years.
+  begun_run_ = newest_run();
+  // So many that a client finds its own among them, were it away for years. By their numbers: the
+  // newest stays, whatever clocks say.
   database_.run(
-      "DELETE FROM runs WHERE instance NOT IN (SELECT instance FROM runs ORDER BY at DESC LIMIT "
-      "10000);"
+      "DELETE FROM runs WHERE rowid <= (SELECT max(rowid) FROM runs) - 10000;"
       "DELETE FROM sealing_runs WHERE instance NOT IN (SELECT instance FROM runs)");
 }
 
@@ -443,8 +415,15 @@ void Writer::forget_now_and_then() {
   const auto now = std::chrono::steady_clock::now();
   if (now < forget_at_) return;
   forget_at_ = now + std::chrono::minutes(1);
-  forget_replies();
-  database_.run("PRAGMA incremental_vacuum");
+  begin();
+  try {
+    forget_replies();
+    database_.run("PRAGMA incremental_vacuum");
+    commit();
+  } catch (...) {
+    roll_back();
+    throw;
+  }
 }
 
 void Writer::forget_replies() {

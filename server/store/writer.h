@@ -13,26 +13,39 @@
 #include "server/store/changes.h"
 #include "server/store/options.h"
 #include "server/store/sqlite.h"
+#include "server/store/watched_files.h"
 
 namespace limber::server::store {
 
-/// Device and inode: which file it is, of those that have had its name.
-using FileIdentity = std::pair<std::uint64_t, std::uint64_t>;
+/// A writer has ended for good: what it would write could be lost, or take the place of what
+/// another server has written. Code kIo.
+class WriterHasEnded : public Error {
+ public:
+  explicit WriterHasEnded(const std::string& message) : Error(ErrorCode::kIo, "", message) {}
+};
 
 /// The writing end of a store's file: its tables, and what changes do to them. One thread.
+///
+/// Of two servers on one folder the one that began later writes: the row number of its run is the
+/// newest one of the table `runs`, and every transaction of another server ends at that.
 class Writer {
  public:
   /// Makes the tables where there are none; else nothing is written.
   /// @throws Error{kIo}; {kFailedPrecondition, "--data"} for a file of a newer form
   explicit Writer(const StoreOptions& options);
 
-  /// @throws Error{kIo}, also where the file is not in its folder any more
+  /// @throws Error{kIo}, also where the file is not in its folder any more; WriterHasEnded where
+  /// its log is not, or another server has begun to write
   void begin();
   void commit();
   void roll_back() noexcept {
     begun_.clear();
+    begun_run_.reset();
     database_.roll_back();
   }
+  /// While what is returned lives, locks of other processes are LockedFile at once.
+  [[nodiscard]] Database::NoWait without_waiting() { return Database::NoWait(database_); }
+  [[nodiscard]] std::optional<LogIndex> log_index() const { return database_.log_index(); }
   void write(const Change& change);
   void write_answer(std::uint64_t uid, const KeptAnswer& answer);
   /// Whether there are edits that a checkpoint stands for.
@@ -60,6 +73,12 @@ class Writer {
   void prepare();
   void find_superseded();
   void demand_file() const;
+  void demand_log();
+  void demand_own_run();
+  void demand_short_log();
+  [[nodiscard]] std::uint64_t newest_run();
+  [[nodiscard]] std::string fold_removed_log();
+  [[noreturn]] void end(const std::string& why);
   void check_is_limber_store();
   void check_structure();
   void check_log();
@@ -86,12 +105,15 @@ class Writer {
   };
   std::map<std::string, ClientReplies> replies_;
   Database database_;
-  const FileIdentity identity_;  // of its file, as it was opened
-  std::string damage_;           // of the file, why nothing is written; empty: none
+  WatchedFiles files_;
+  std::string damage_;     // of the file, why nothing is written; empty: none
+  std::string end_;        // why nothing is written any more; empty: it is
+  std::uint64_t run_ = 0;  // the newest one that this writer knows: its own, once it has begun
+  std::optional<std::uint64_t> begun_run_;  // the same, of this transaction
   struct Statements {
     Statement forget_reply, open, edit, touch, answer, checkpoint, advance, reply, find,
         forget_session, forget_edits, forget_answer, forget_status, forget_checkpoint, oldest_edit,
-        forget_until, status, seal, forget_seal, removed, forget_removed;
+        forget_until, status, seal, forget_seal, removed, forget_removed, newest_run;
   };
   std::optional<Statements> statements_;
 };

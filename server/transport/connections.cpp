@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 #include <sys/socket.h>
 
-#include <charconv>
 #include <string_view>
+
+#include "engine/base/checked_number.h"
 
 namespace limber::server {
 namespace {
@@ -14,21 +15,18 @@ std::string_view property(zmq::message_t& message, const char* name) {
   return value == nullptr ? std::string_view() : std::string_view(value);
 }
 
-template <class Number>
-std::size_t read_number(std::string_view text, Number& number) {
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return fault == std::errc() ? static_cast<std::size_t>(end - text.data()) : 0;
-}
-
 }  // namespace
 
 Peer peer_of(zmq::message_t& message) {
   Peer peer;
   const std::string_view user = property(message, "User-Id");
-  const std::size_t digits = read_number(user, peer.number);
-  if (digits > 0 && digits < user.size()) peer.key = user.substr(digits + 1);
+  const std::size_t blank = user.find(' ');
+  if (const auto number = parse_number<std::uint64_t>(user.substr(0, blank))) {
+    peer.number = *number;
+    if (blank != std::string_view::npos) peer.key = user.substr(blank + 1);
+  }
   // What ZMQ_SRCFD returns.
-  read_number(property(message, "__fd"), peer.file);
+  if (const auto file = parse_number<int>(property(message, "__fd"))) peer.file = *file;
   return peer;
 }
 

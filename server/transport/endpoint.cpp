@@ -4,7 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+
+#include "engine/base/checked_number.h"
 
 #include "server/wire/errors.h"
 
@@ -19,9 +20,7 @@ struct HostPort {
 
 bool is_port(const std::string& port) {
   if (port == "*") return true;
-  unsigned value = 0;
-  const auto [end, fault] = std::from_chars(port.data(), port.data() + port.size(), value);
-  return fault == std::errc() && end == port.data() + port.size() && value <= 65535;
+  return parse_number<std::uint16_t>(port).has_value();
 }
 
 HostPort split(const std::string& endpoint) {

@@ -379,7 +379,8 @@ TopicSlots::Sent Transport::publish_now(const std::string& topic,
 }
 
 void Transport::receive_requests() {
-  for (int i = 0; i < kRequestsPerRound && receive_request(); ++i) drain();
+  for (int i = 0; i < kRequestsPerRound && receive_request(); ++i) {
+  }
 }
 
 bool Transport::receive_request() {
@@ -396,6 +397,9 @@ bool Transport::receive_request() {
       too_many = true;
     }
   }
+  // The ends of connections that had its descriptor were queued before its handshake was answered:
+  // they are noted before it is.
+  drain();
   const Peer peer = peer_of(frame);
   if (is_revoked(peer)) {
     add(counters_.dropped_requests);
@@ -419,6 +423,7 @@ void Transport::receive_subscriptions() {
   zmq::message_t message;
   for (int i = 0; i < kSubscriptionsPerRound; ++i) {
     if (!xpub_.recv(message, zmq::recv_flags::dontwait)) return;
+    drain();  // as in receive_request()
     const Peer peer = peer_of(message);
     if (is_revoked(peer) || connections_.note(peer) == Connections::State::kEnded) continue;
     switch (subscriptions_.note(peer.number, message.to_string_view())) {

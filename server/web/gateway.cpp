@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <future>
 #include <thread>
 #include <utility>
@@ -12,6 +11,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "engine/base/checked_number.h"
 #include "server/log/log.h"
 #include "server/web/site.h"
 #include "server/web/token.h"
@@ -34,12 +34,12 @@ tcp::endpoint endpoint_of(const std::string& address) {
   if (host == "localhost") host = "127.0.0.1";
   if (host == "*") host = "0.0.0.0";
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
-  unsigned short port = 0;
-  std::from_chars(address.data() + colon + 1, address.data() + address.size(), port);  // * is 0
+  // validate() has checked that it is a port, or *, which is any.
+  const auto port = parse_number<unsigned short>(std::string_view(address).substr(colon + 1));
   Fault fault;
   const auto ip = asio::ip::make_address(host, fault);
   if (fault) throw invalid("--web", fmt::format("'{}' is no IP address, nor localhost", host));
-  return {ip, port};
+  return {ip, port.value_or(0)};
 }
 
 std::string url_of(const tcp::endpoint& endpoint) {

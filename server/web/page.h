@@ -19,7 +19,8 @@ struct Closing {
   unsigned code = 1000;
   std::string reason;
 };
-inline constexpr unsigned kGoingAway = 1001, kUnsupported = 1003, kPolicy = 1008, kTryAgain = 1013;
+inline constexpr unsigned kGoingAway = 1001, kUnsupported = 1003, kPolicy = 1008, kTooBig = 1009,
+                          kTryAgain = 1013;
 
 /// One WebSocket of a page as the transport sees it: what waits in both directions. Its own methods
 /// are for the gateway's thread, those of LocalPeer for the transport's.

@@ -26,13 +26,16 @@ constexpr std::size_t kReadBytes = 64u << 10;      // at a time: room is made fo
 constexpr std::uint64_t kSubscriptionBytes = 191;  // as the XPUB socket: a prefix of 190
 constexpr std::size_t kReasonBytes = 123;
 constexpr std::chrono::seconds kTimeToClose{10};
+// Of a compressed message: for each byte that has come so many, and so many in any case. Meshes and
+// arrays come to a tenth of that; deflate unpacks zeros to a thousand.
+constexpr std::uint64_t kMostInflation = 100, kFreeInflation = 1 << 20;
 
 class PageSocket final : public Closable, public std::enable_shared_from_this<PageSocket> {
  public:
-  PageSocket(Site& site, beast::tcp_stream stream,
-             beast::http::request<beast::http::empty_body> request, std::shared_ptr<Page> page,
-             std::uint64_t message_bytes)
+  PageSocket(Site& site, TcpStream stream, beast::http::request<beast::http::empty_body> request,
+             std::shared_ptr<Page> page, PageKind kind, Role role)
       : site_(site),
+        role_(role),
         socket_(std::move(stream)),
         deadline_(site.io),
         request_(std::move(request)),
@@ -40,7 +43,8 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
     beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own
     socket_.set_option(websocket::stream_base::timeout{site.options.handshake, site.options.idle,
                                                        /*keep_alive_pings=*/true});
-    socket_.read_message_max(message_bytes);
+    socket_.read_message_max(kind == PageKind::kRequests ? site.shares.largest_message(role)
+                                                         : kSubscriptionBytes);
     socket_.binary(true);
     socket_.auto_fragment(false);
     if (site.options.deflate == Deflate::kOn) {
@@ -106,13 +110,35 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
       log::debug("a page has ended: {}", fault.message());
       return drop();
     }
-    if (is_closing_) return;  // async_close() reads on
+    if (is_closing_) return forget_incoming();  // async_close() reads on
     if (!socket_.got_binary()) return close({kUnsupported, "messages are binary"});
-    if (!socket_.is_message_done()) return read();
-    buffer_.reset();
-    page_->receive(std::exchange(incoming_, {}));
-    pump();
+    if (socket_.is_message_done()) {
+      buffer_.reset();
+      page_->receive(std::exchange(incoming_, {}));
+      give_bytes_back();
+      received_before_ = received();
+      return pump();
+    }
+    if (incoming_.size() > kFreeInflation + kMostInflation * (received() - received_before_))
+      return close({kTooBig, "a compressed message unpacks to far more than was sent"});
+    if (!take_bytes())
+      return close({kTryAgain, "too much of other unfinished messages waits to be received"});
+    read();
   }
+
+  [[nodiscard]] std::uint64_t received() {
+    return beast::get_lowest_layer(socket_).rate_policy().bytes();
+  }
+  /// For what has come of the message.
+  [[nodiscard]] bool take_bytes() {
+    const std::uint64_t bytes = incoming_.size();
+    if (bytes <= Shares::kFreeBytes + taken_bytes_) return true;
+    const std::uint64_t more = bytes - Shares::kFreeBytes - taken_bytes_;
+    if (!site_.shares.take_bytes(role_, more)) return false;
+    taken_bytes_ += more;
+    return true;
+  }
+  void give_bytes_back() { site_.shares.give_bytes_back(role_, std::exchange(taken_bytes_, 0)); }
 
   void write(Page::Message message) {
     is_writing_ = true;
@@ -132,6 +158,7 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
     is_closing_ = true;
     log::debug("a page is closed: {} {}", closing.code, closing.reason);
     page_->leave();
+    if (!is_reading_) forget_incoming();
     // A page that reads nothing does not get the reason.
     deadline_.expires_after(kTimeToClose);
     deadline_.async_wait([self = shared_from_this()](const Fault& fault) {
@@ -142,24 +169,36 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
     socket_.async_close(reason, [self = shared_from_this()](const Fault&) { self->drop(); });
   }
 
+  /// @pre nothing is read into it
+  void forget_incoming() {
+    buffer_.reset();
+    incoming_ = {};
+    give_bytes_back();
+  }
+
   void end() {
     if (has_ended_) return;
     has_ended_ = true;
     is_closing_ = true;
     page_->leave();
+    give_bytes_back();
+    site_.shares.leave_place(role_);
     deadline_.cancel();
     site_.sockets.erase(this);
     site_.counters.web_connections.fetch_sub(1, std::memory_order_relaxed);
   }
 
   Site& site_;
-  websocket::stream<beast::tcp_stream> socket_;
+  const Role role_;
+  websocket::stream<TcpStream> socket_;
   asio::steady_timer deadline_;  // of closing
   beast::http::request<beast::http::empty_body> request_;
   const std::shared_ptr<Page> page_;
   std::string incoming_;
   std::optional<asio::dynamic_string_buffer<char, std::char_traits<char>, std::allocator<char>>>
-      buffer_;  // of incoming_
+      buffer_;                         // of incoming_
+  std::uint64_t taken_bytes_ = 0;      // of the shares, for incoming_
+  std::uint64_t received_before_ = 0;  // of the connection, before incoming_ [bytes]
   Page::Message outgoing_;
   bool is_open_ = false, is_reading_ = false, is_writing_ = false;
   bool is_finishing_ = false, is_closing_ = false, has_ended_ = false;
@@ -167,8 +206,8 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
 
 }  // namespace
 
-void open_page(Site& site, beast::tcp_stream stream,
-               beast::http::request<beast::http::empty_body> request, PageKind kind, Role role) {
+void open_page(Site& site, TcpStream stream, beast::http::request<beast::http::empty_body> request,
+               PageKind kind, Role role) {
   std::shared_ptr<Page> page;
   if (kind == PageKind::kRequests) {
     page = std::make_shared<RequestPage>(site.transport, role);
@@ -176,10 +215,8 @@ void open_page(Site& site, beast::tcp_stream stream,
     page =
         std::make_shared<StreamPage>(site.transport, role, site.counters, site.options.queue_bytes);
   }
-  // Beyond the limit of a request there is room for an answer that says so.
-  const std::uint64_t bytes =
-      kind == PageKind::kRequests ? 2 * site.options.message_bytes + (1 << 20) : kSubscriptionBytes;
-  std::make_shared<PageSocket>(site, std::move(stream), std::move(request), std::move(page), bytes)
+  std::make_shared<PageSocket>(site, std::move(stream), std::move(request), std::move(page), kind,
+                               role)
       ->start();
 }
 

@@ -12,6 +12,7 @@
 #include "server/web/files.h"
 #include "server/web/options.h"
 #include "server/web/probes.h"
+#include "server/web/shares.h"
 
 namespace limber::server::web {
 
@@ -37,7 +38,8 @@ struct Site {
         counters(its_counters),
         probes(std::move(its_probes)),
         door(token, options.hosts),
-        files(options.root) {}
+        files(options.root),
+        shares(options.connections, options.message_bytes) {}
 
   const Options options;
   Transport& transport;
@@ -45,6 +47,7 @@ struct Site {
   const Probes probes;
   const Door door;
   const Files files;
+  Shares shares;
   std::deque<std::weak_ptr<Closable>> visitors;  // those that are no WebSockets, the oldest first
   // WebSockets, which nothing else keeps while they neither read nor write.
   std::unordered_map<Closable*, std::shared_ptr<Closable>> sockets;

@@ -79,6 +79,8 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
       return refuse(400, "This is not HTTP/1.1.", Then::kClose);
     if (fault) return drop();
     request_ = parser_->release();
+    if (!has_known_coding())
+      return refuse(501, "Of transfer codings this server knows chunked alone.", Then::kClose);
     const Visit visit{text(request_.method_string()),
                       text(request_.target()),
                       only(request_, http::field::host),
@@ -107,13 +109,22 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
     }
   }
 
+  /// Behind another coding it cannot be told where the request ends and the next one begins.
+  [[nodiscard]] bool has_known_coding() const {
+    const auto codings = request_.count(http::field::transfer_encoding);
+    return codings == 0 ||
+           beast::iequals(request_[http::field::transfer_encoding], codings == 1 ? "chunked" : "");
+  }
+
   void become_page(PageKind kind, Role role) {
-    if (site_.sockets.size() >= site_.options.connections)
-      return refuse(503, "As many pages as may be are connected (limberd --web-connections).");
-    stream_.expires_never();
     // What the page sent before it was let in is against the protocol.
     if (buffer_.size() > 0)
       return refuse(400, "Nothing may be sent before the answer.", Then::kClose);
+    if (!site_.shares.take_place(role))
+      return refuse(503,
+                    "As many pages of this role as may be are connected (limberd "
+                    "--web-connections).");
+    stream_.expires_never();
     open_page(site_, std::move(stream_), std::move(request_), kind, role);
   }
 
@@ -213,7 +224,7 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
   }
 
   Site& site_;
-  beast::tcp_stream stream_;
+  TcpStream stream_;
   std::string local_address_, host_;
   beast::flat_buffer buffer_{2 * kHeadBytes};
   std::size_t lingered_ = 0;  // bytes

@@ -1,11 +1,13 @@
 #include "server/wire/arrays.h"
+#include "server/wire/precise_frames.h"
 
 #include <fmt/format.h>
 
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
+
+#include "engine/base/checked_number.h"
 
 namespace limber::server {
 namespace {
@@ -35,10 +37,13 @@ void demand_extent(const proto::Array& array, const std::string& field, int dime
   }
 }
 
-void demand_rows_fit(const proto::Array& array, const std::string& field) {
-  if (array.shape(0) > static_cast<std::uint64_t>(std::numeric_limits<int>::max())) {
-    throw invalid(field + ".shape[0]", "more than 2^31 - 1 rows");
-  }
+/// Rows or columns, which may be many where there are none of the others.
+/// @throws Refusal
+int extent_of(const proto::Array& array, const std::string& field, int dimension) {
+  const auto extent = to_whole<int>(array.shape(dimension));
+  if (!extent)
+    throw invalid(fmt::format("{}.shape[{}]", field, dimension), "more than 2^31 - 1 of them");
+  return *extent;
 }
 
 /// All of the array's bytes. Of an empty one `to` may be null, which memcpy must not be given.
@@ -93,8 +98,7 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 Eigen::Matrix3Xd decode_points(const proto::Array& array, const std::string& field) {
   check_array(array, field, 2);
   demand_extent(array, field, 1, 3, "columns");
-  demand_rows_fit(array, field);
-  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(array.shape(0)));
+  Eigen::Matrix3Xd points(3, extent_of(array, field, 0));
   read_floats(array, field, points.data(), static_cast<std::size_t>(points.size()), 3);
   return points;
 }
@@ -107,9 +111,7 @@ Eigen::Matrix<int, kColumns, Eigen::Dynamic> decode_rows(const proto::Array& arr
   check_array(array, field, 2);
   if (array.type() != proto::DATA_TYPE_INT32) throw invalid(field + ".type", "int32 is expected");
   demand_extent(array, field, 1, kColumns, "columns");
-  demand_rows_fit(array, field);
-  Eigen::Matrix<int, kColumns, Eigen::Dynamic> rows(kColumns,
-                                                    static_cast<Eigen::Index>(array.shape(0)));
+  Eigen::Matrix<int, kColumns, Eigen::Dynamic> rows(kColumns, extent_of(array, field, 0));
   copy_bytes(array, rows.data());
   return rows;
 }
@@ -127,8 +129,7 @@ Eigen::Matrix3Xi decode_triples(const proto::Array& array, const std::string& fi
 std::vector<Eigen::Vector2d> decode_polygon(const proto::Array& array, const std::string& field) {
   check_array(array, field, 2);
   demand_extent(array, field, 1, 2, "columns");
-  demand_rows_fit(array, field);
-  Eigen::Matrix2Xd points(2, static_cast<Eigen::Index>(array.shape(0)));
+  Eigen::Matrix2Xd points(2, extent_of(array, field, 0));
   read_floats(array, field, points.data(), static_cast<std::size_t>(points.size()), 2);
   std::vector<Eigen::Vector2d> polygon;
   for (Eigen::Index i = 0; i < points.cols(); ++i) polygon.emplace_back(points.col(i));
@@ -144,12 +145,7 @@ proto::Array encode_polygon(const std::vector<Eigen::Vector2d>& polygon) {
 
 bodies::TetNodes decode_tets(const proto::Array& array, const std::string& field) {
   check_array(array, field, 2);
-  if (array.type() != proto::DATA_TYPE_INT32) throw invalid(field + ".type", "int32 is expected");
-  demand_extent(array, field, 1, 4, "columns");
-  demand_rows_fit(array, field);
-  bodies::TetNodes tets(4, static_cast<Eigen::Index>(array.shape(0)));
-  copy_bytes(array, tets.data());
-  return tets;
+  return decode_rows<4>(array, field);
 }
 
 Eigen::MatrixXd decode_motion(const proto::Array& array, const std::string& field, int nodes,
@@ -175,6 +171,12 @@ proto::Array encode_motion(const Eigen::MatrixXd& motion) {
 }
 
 proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
+  return encode_points(points, scene::precision_for(points));
+}
+
+proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points,
+                           scene::Precision precision) {
+  if (precision == scene::Precision::kFloat64) return encode_points_float64(points);
   const Eigen::Matrix3Xf narrow = points.cast<float>();
   proto::Array array;
   array.set_type(proto::DATA_TYPE_FLOAT32);
@@ -198,9 +200,8 @@ Eigen::MatrixXd decode_matrix(const proto::Array& array, const std::string& fiel
   check_array(array, field, 2);
   if (array.type() != proto::DATA_TYPE_FLOAT64)
     throw invalid(field + ".type", "float64 is expected");
-  demand_rows_fit(array, field);
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows(
-      static_cast<Eigen::Index>(array.shape(0)), static_cast<Eigen::Index>(array.shape(1)));
+      extent_of(array, field, 0), extent_of(array, field, 1));
   copy_bytes(array, rows.data());
   if (!rows.allFinite()) throw invalid(field + ".data", "finite numbers are expected");
   return rows;

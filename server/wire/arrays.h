@@ -41,7 +41,7 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 
 /// 3 nodes x frames to frames x nodes x 3, float64.
 [[nodiscard]] proto::Array encode_motion(const Eigen::MatrixXd& motion);
-/// 3 x rows to rows x 3, float32.
+/// 3 x rows to rows x 3, float32, far from the origin float64 (scene::precision_for()).
 [[nodiscard]] proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 /// k x rows to rows x k, int32.
 [[nodiscard]] proto::Array encode_indices(const Eigen::Ref<const Eigen::MatrixXi>& indices);

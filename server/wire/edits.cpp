@@ -1,10 +1,10 @@
 #include "server/wire/edits.h"
 
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <string_view>
 
+#include "engine/base/checked_number.h"
 #include "server/wire/fields.h"
 #include "server/wire/issues.h"
 
@@ -32,8 +32,8 @@ std::string edit_field_in(const proto::EditRequest& message, const std::string& 
   const std::size_t close = field.find(']');
   if (extension == nullptr || !field.starts_with(kOpening) || close == std::string::npos)
     return field_in(message, field);
-  int index = -1;
-  std::from_chars(field.data() + kOpening.size(), field.data() + close, index);
+  const std::string_view digits(field.data() + kOpening.size(), close - kOpening.size());
+  const int index = parse_number<int>(digits).value_or(-1);
   if (index < 0 || index >= message.edits_size() || !message.edits(index).has_extension())
     return field_in(message, field);
   const std::unique_ptr<google::protobuf::Message> edit(extension->New());

@@ -2,9 +2,9 @@
 
 #include <google/protobuf/descriptor.h>
 
-#include <charconv>
 #include <string_view>
 
+#include "engine/base/checked_number.h"
 #include "limber/v1/common.pb.h"
 
 namespace limber::server {
@@ -30,7 +30,8 @@ PathStep first_step(const std::string& field) {
   if (const std::size_t open = step.name.find('['); open != std::string::npos) {
     step.index = step.name.substr(open);
     step.name.resize(open);
-    std::from_chars(step.index.data() + 1, step.index.data() + step.index.size(), step.at);
+    step.at = parse_number<int>(std::string_view(step.index).substr(1, step.index.find(']') - 1))
+                  .value_or(-1);
   }
   return step;
 }

@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <limits>
+#include "engine/base/checked_number.h"
 
 namespace limber::server {
 
 int decode_index(std::uint32_t value, const std::string& field) {
-  if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
+  const auto index = to_whole<int>(value);
+  if (!index)
     throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field, fmt::format("{} is out of range", value));
-  }
-  return static_cast<int>(value);
+  return *index;
 }
 
 }  // namespace limber::server

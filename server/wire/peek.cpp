@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/wire_format_lite.h>
 
+#include "engine/base/checked_number.h"
 #include "limber/v1/service.pb.h"
 #include "server/wire/coded_bytes.h"
 
@@ -38,7 +39,7 @@ RequestPeek peek_request(std::string_view bytes) {
     std::uint64_t value = 0;
     if (varint && (number == 1 || number == 2 || number == 6)) {
       if (!in.ReadVarint64(&value)) break;
-      if (number == 1) peek.version = static_cast<std::uint32_t>(value);
+      if (number == 1) peek.version = to_whole<std::uint32_t>(value).value_or(0);
       if (number == 2) peek.id = value;
       if (number == 6) peek.most_reply_bytes = value;
       continue;

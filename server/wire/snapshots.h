@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/base/checked_number.h"
 #include "engine/session/core/snapshot_history.h"
 #include "limber/v1/stored.pb.h"
 #include "server/wire/difference.h"
@@ -56,11 +57,11 @@ template <class Parts, class Encode>
 /// @throws Refusal MALFORMED where a snapshot is none; as `decode`
 template <class Message, class Parts, class Decode>
 [[nodiscard]] Parts decode_snapshots(const proto::StoredSnapshots& message, const Decode& decode) {
-  if (message.undo_count() >= static_cast<std::uint32_t>(message.snapshots_size()))
+  const int undo = to_whole<int>(message.undo_count()).value_or(message.snapshots_size());
+  if (undo >= message.snapshots_size())
     throw malformed("a checkpoint has fewer snapshots than steps of undo");
   Parts parts;
   parts.last_number = message.last_number();
-  const auto undo = static_cast<int>(message.undo_count());
   std::string bytes;
   std::size_t left = kMostSnapshotBytes;
   for (int i = 0; i < message.snapshots_size(); ++i) {

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/checked_number.h"
 #include "limber/v1/service.pb.h"
 #include "server/wire/coded_bytes.h"
 #include "server/wire/version.h"
@@ -205,12 +206,14 @@ class Walker {
       std::uint64_t value = 0;
       if (!in_.ReadVarint64(&value)) throw truncated(&step);
       if (field.type() == FieldDescriptor::TYPE_ENUM) {
-        const int number = static_cast<int>(value);
-        if (field.enum_type()->FindValueByNumber(number) == nullptr) {
-          throw invalid(path_of(&step), fmt::format("{} is no value of {}; {}", number,
-                                                    field.enum_type()->name(), unknown_here("it")));
+        const auto number = to_whole<int>(static_cast<std::int64_t>(value));
+        if (!number || field.enum_type()->FindValueByNumber(*number) == nullptr) {
+          throw invalid(path_of(&step),
+                        fmt::format("{} is no value of {}; {}", static_cast<std::int64_t>(value),
+                                    field.enum_type()->name(), unknown_here("it")));
         }
       }
+      check_fits(field, value, step);
     } else if (wire == Wire::WIRETYPE_FIXED64) {
       std::uint64_t bits = 0;
       if (!in_.ReadLittleEndian64(&bits)) throw truncated(&step);
@@ -222,6 +225,21 @@ class Walker {
       if (field.type() == FieldDescriptor::TYPE_FLOAT)
         check_finite(std::bit_cast<float>(bits), step);
     }
+  }
+
+  /// Of a number that its field cannot hold, protobuf reads the lower 32 bits without a word.
+  static void check_fits(const FieldDescriptor& field, std::uint64_t value, const Step& step) {
+    bool fits = true;
+    std::string given = std::to_string(value);
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_UINT32 ||
+        field.type() == FieldDescriptor::TYPE_SINT32) {
+      fits = to_whole<std::uint32_t>(value).has_value();
+    } else if (field.type() == FieldDescriptor::TYPE_INT32) {
+      const auto number = std::bit_cast<std::int64_t>(value);
+      fits = to_whole<std::int32_t>(number).has_value();
+      given = std::to_string(number);
+    }
+    if (!fits) throw invalid(path_of(&step), given + " does not fit 32 bits");
   }
 
   static void check_finite(double value, const Step& step) {

@@ -127,7 +127,7 @@ ALLOWED = {
     "clients/cli/beams/kind.cpp": include("clients/cpp/beams/session.h", "clients/cli/kind.h") +
                                   "return result.has_beams();\n",
     "clients/cpp/scene_files.cpp": include("clients/cpp/beams/files.h"),
-    "clients/cpp/beams/files.cpp": include("clients/cpp/scene_files.h"),
+    "clients/cpp/beams/files.cpp": include("clients/cpp/scene_files.h", "engine/base/checked_number.h"),
     "bench/main.cpp": include("engine/session/bodies/ok.h", "server/service/ok.h"),
 }
 

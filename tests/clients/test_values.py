@@ -39,6 +39,65 @@ def test_array_whose_length_lies_is_refused():
         arrays.to_numpy(message)
 
 
+ROWS = {
+    "floats": np.array([[0.0, 0, 0], [1, 2, 3]]), "integers": np.array([[0, 0, 0], [1, 2, 3]]),
+    "single": np.array([[0, 0, 0], [1, 2, 3]], np.float32), "unsigned": np.array([[0, 0, 0], [1, 2, 3]], np.uint8),
+    "lists": [[0, 0, 0], [1, 2, 3]], "scalars": [[np.float64(0), np.int64(0), np.array(0)], (np.int16(1), 2, np.float32(3))],
+    "columns": np.array([[0.0, 1], [0, 2], [0, 3]]).T, "objects": np.array([[0, 0, 0], [1, 2, 3]], dtype=object),
+    "messages": [{"x": 0}, {"x": np.float64(1), "y": 2, "z": 3}],
+}
+
+
+@pytest.mark.parametrize("rows", ROWS.values(), ids=ROWS.keys())
+def test_rows_of_numbers_are_positions_vectors_and_forces(rows):
+    def xyz(vector):
+        return (vector.x, vector.y, vector.z)
+
+    structure = limber.beam_scene({"nodes": [{"position": row, "normal": rows[1]} for row in rows],
+                                   "loads": [{"node": np.int64(1), "force": rows[1]}], "gravity": rows[1]}).beams.structure
+    for vector in (structure.nodes[1].position, structure.nodes[0].normal, structure.loads[0].force, structure.gravity):
+        assert xyz(vector) == (1, 2, 3)
+    scene = scenes.to_message({"constraints": [{"frame": 3, "nodes": [2], "position": rows[1]}],
+                               "simulation": {"gravity": rows[1], "forces": [{"nodes": [1], "force": rows[1]}]},
+                               "linkage": {"conditions": {"targets": [{"joint": 1, "position": rows[1]}],
+                                                          "loads": [{"joint": 2, "force": rows[1], "moment": rows[1]}]}}})
+    conditions = scene.linkage.conditions
+    for vector in (scene.constraints[0].position, scene.simulation.gravity, scene.simulation.forces[0].force,
+                   conditions.targets[0].position, conditions.loads[0].force, conditions.loads[0].moment):
+        assert xyz(vector) == (1, 2, 3)
+    assert xyz(edits.to_message({"move": {"id": 3, "target": rows[1]}}).move.target) == (1, 2, 3)
+    load = edits.to_message({"set_beam_load": {"load": {"node": 1, "force": rows[1]}}})
+    assert xyz(load.set_beam_load.load.force) == (1, 2, 3)
+
+
+def test_functions_take_rows_of_every_kind():
+    for name, rows in ROWS.items():
+        if name == "messages":
+            continue
+        assert limber.move(1, rows[1]).move.target.z == 3, name
+        assert limber.beam_edits.load(1, force=rows[1]).set_beam_load.load.force.z == 3, name
+        assert limber.beam_edits.move(1, position=rows[1]).move_beam_node.position.z == 3, name
+        assert limber.force(1, rows[1]).force.z == 3 and limber.simulation(gravity=rows[1]).gravity.z == 3, name
+        assert constraint(frame=1, node=1, position=rows[1]).position.z == 3, name
+
+
+def test_rows_that_are_no_three_numbers_are_named_by_their_place():
+    for rows in ([[0, 0, 0], [1, 2]], [[0, 0, 0], [1, 2, "3"]], [[0, 0, 0], [1, 2, True]], [[0, 0, 0], np.eye(3)], [[0, 0, 0], []]):
+        error = refused("structure.nodes[1].position", limber.beam_scene, {"nodes": [{"position": row} for row in rows]})
+        assert "takes three numbers" in str(error)
+    error = refused("scene.constraints[0].position", scenes.to_message, {"constraints": [{"position": np.zeros(4)}]})
+    assert "takes three numbers" in str(error)
+
+
+def test_arrays_of_messages_take_rows():
+    mesh = scenes.to_message({"mesh": {"arrays": {"nodes": TET.astype(int), "tets": [[0, 1, 2, 3]]}}}).mesh.arrays
+    np.testing.assert_array_equal(arrays.to_numpy(mesh.nodes), TET)
+    np.testing.assert_array_equal(arrays.to_numpy(mesh.tets), [[0, 1, 2, 3]])
+    assert mesh.tets.type == common.DATA_TYPE_INT32 and mesh.nodes.type == common.DATA_TYPE_FLOAT64
+    for tets in ([[0, 1, 2, 3.5]], [[0, 1, 2, 2 ** 32]], [["a"]], [[0, 1], [2]]):
+        refused("scene.mesh.arrays.tets", scenes.to_message, {"mesh": {"arrays": {"tets": tets}}})
+
+
 def test_constraint_arguments():
     made = constraint(frame=4, nodes=[3, 1], displacement=(1, 2, 3), axes="zx", exact=True)
     assert (made.frame, list(made.nodes), list(made.axes), made.exact) == (

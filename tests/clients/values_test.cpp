@@ -47,7 +47,7 @@ TEST(Frames, CoordinatesAreRestPlusBasisTimesCoordinates) {
   EXPECT_EQ(positions.frames, 2U);
   EXPECT_EQ(positions.nodes, 2U);
   EXPECT_EQ(positions.values,
-            (std::vector<float>{1, 3, 5, 8, 9, 11, -1.5, -2.5, -3.5, -3.5, -5.5, -6.5}));
+            (std::vector<double>{1, 3, 5, 8, 9, 11, -1.5, -2.5, -3.5, -3.5, -5.5, -6.5}));
 }
 
 TEST(Frames, NoneAreNone) {
@@ -87,7 +87,7 @@ TEST(Frames, QuantisedPositionsLieInTheirBox) {
   frames.mutable_origin()->set_y(-1);
   frames.mutable_extent()->set_y(3);
   frames.mutable_extent()->set_z(1);
-  EXPECT_EQ(decode(frames, nullptr).values, (std::vector<float>{-1, 2, 0.2F}));
+  EXPECT_EQ(decode(frames, nullptr).values, (std::vector<double>{-1, 2, 0.2F}));
 }
 
 TEST(Frames, NpyHeaderIsAligned) {

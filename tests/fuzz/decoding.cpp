@@ -7,14 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/formats/surface_formats.h"
 #include "server/kinds/beams/edit.h"
 #include "server/kinds/beams/scene.h"
 #include "server/kinds/beams/scenes.h"
+#include "server/kinds/beams/structure.h"
 #include "server/kinds/bodies/edit.h"
 #include "server/kinds/bodies/limits.h"
 #include "server/kinds/bodies/scene.h"
 #include "server/kinds/bodies/scene_readers.h"
 #include "server/kinds/bodies/scenes.h"
+#include "server/kinds/linkages/design.h"
 #include "server/kinds/linkages/edit.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/kinds/linkages/scenes.h"
@@ -133,6 +136,59 @@ void decode_edits(const proto::EditRequest& request) {
   answers([&] { (void)server::decode_edits(request, rest, readers().mesh); });
   answers([&] { (void)server::decode_linkage_edits(request); });
   answers([&] { (void)server::decode_beam_edits(request, nodes); });
+}
+
+namespace {
+
+void decode_design(const proto::Request& request) {
+  const server::SurfaceLoader load = [](const std::string& path, const std::string& field) {
+    return scene::read_surface_file(no_file(path, field));
+  };
+  answers([&] {
+    if (request.has_start_design())
+      (void)server::decode_design(request.start_design(), load);
+    else
+      (void)server::decode_design_change(request.change_design(), load);
+  });
+}
+
+void decode_solve(const proto::SolveBeamsRequest& request) {
+  if (request.has_structure()) {
+    proto::Scene scene;
+    *scene.mutable_beams()->mutable_structure() = request.structure();
+    decode_beams(scene);
+  }
+  answers([&] { (void)server::decode_beam_job(request.job(), "job"); });
+}
+
+}  // namespace
+
+void decode_request(const proto::Request& request) {
+  switch (request.body_case()) {
+    case proto::Request::kOpenSession:
+      return decode_scene(request.open_session().scene());
+    case proto::Request::kValidateScene:
+      return decode_scene(request.validate_scene().scene());
+    case proto::Request::kSimulate:
+      return decode_scene(request.simulate().scene());
+    case proto::Request::kRecover:
+      return decode_scene(request.recover().scene());
+    case proto::Request::kEdit:
+      return decode_edits(request.edit());
+    case proto::Request::kSolveBeams:
+      return decode_solve(request.solve_beams());
+    case proto::Request::kStartDesign:
+    case proto::Request::kChangeDesign:
+      return decode_design(request);
+    case proto::Request::kTetrahedralize: {
+      const proto::MeshFile& file = request.tetrahedralize().surface();
+      answers(
+          [&] { (void)scene::closed_outward(scene::read_surface(file.name(), file.content())); });
+      return;
+    }
+    default:
+      return;
+  }
 }
 
 }  // namespace limber::fuzz

@@ -22,5 +22,7 @@ bool answers(const std::function<void()>& read);
 void decode_scene(const proto::Scene& scene);
 /// Reads edits as those of sessions of every kind.
 void decode_edits(const proto::EditRequest& request);
+/// Reads what a request brings: scenes, edits, jobs, surfaces.
+void decode_request(const proto::Request& request);
 
 }  // namespace limber::fuzz

@@ -205,6 +205,25 @@ def surfaces():
     yield "client_lines", b"o\n" + LINES
 
 
+def jobs():
+    settings = b'{"initialDistortion":{"load":[0,0,1,0,0,0]},"maxDRMIterations":100}'
+    yield "job", JOB + SEPARATOR + b"a.ply\n" + edge_ply() + SEPARATOR + settings
+    yield "lines", JOB.replace(b"a.ply", b"a.obj") + SEPARATOR + b"a.obj\n" + LINES
+    yield "moved", JOB.replace(b'"forces":[[1,[0.0,0.0,5.0,0.0,0.0,0.0]]]', b'"forced displacements":[[2,[0.1,0,-0.2]],[1,[0,0,0]]]') + (
+        SEPARATOR + b"a.ply\n" + edge_ply())
+
+
+def files():
+    for place, name, content in (("m", "a.veg", VEGA), ("m", "a.msh", (DATA / "gmsh_2_ascii.msh").read_bytes()), ("s", "a.obj", OBJ),
+                                 ("k", "a.veg", VEGA), ("p", "a.pc2", pc2(4, 3)), ("l", "a.obj", LINES), ("e", "a.ply", edge_ply()),
+                                 ("t", "a.stl", stl(True)), ("t", "a.ply", ply("binary_little_endian")), ("d", "a.obj", OBJ),
+                                 ("c", "a.ply", ply("ascii")), ("a", "a.veg", VEGA)):
+        yield f"{place}_{name}", place.encode() + name.encode() + b"\n" + content
+    yield "j_job", b"jSimulationJob.json\n" + JOB + SEPARATOR + b"a.ply\n" + edge_ply()
+    yield "b_vtu", b"b" + SEPARATOR.join([b"a.vtu\n" + (DATA / "vtu_ascii.vtu").read_bytes()] * 3)
+    yield "m_elastic", b"ma.veg\n" + VEGA + SEPARATOR + b"a.elastic\n" + ELASTIC
+
+
 def requests():
     for name, scene in scenes().items():
         request = service_pb2.Request(version=1, id=7, client="c")
@@ -335,6 +354,7 @@ def settings():
             "file": ["HEAD", "/index.html?x", "[::1]:8080", "", "::1", ""],
             "probe": ["GET", "/metrics", "10.0.0.7", "", "10.0.0.7", ""]}.items():
         yield "head_" + name, b"d" + "\n".join(lines).encode()
+    yield "session", b"nbeam-2@2147483649000001"
     for name in ("tcp://127.0.0.1:5555", "tcp://[::1]:*", "tcp://*:0", "ipc:///tmp/limber", "localhost:8080", "http://a.b:1"):
         yield "endpoint_" + name.translate({ord(c): "_" for c in ":/*[]"}), b"e" + name.encode()
 
@@ -389,7 +409,7 @@ def streams():
 
 
 def main():
-    for target, inputs in {"meshes": meshes, "surfaces": surfaces, "requests": requests, "scenes": texts, "stored": stored,
+    for target, inputs in {"meshes": meshes, "surfaces": surfaces, "jobs": jobs, "files": files, "requests": requests, "scenes": texts, "stored": stored,
                            "models": models, "settings": settings, "frames": frames, "streams": streams}.items():
         folder = HERE / "corpus" / target
         folder.mkdir(parents=True, exist_ok=True)

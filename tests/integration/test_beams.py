@@ -86,7 +86,7 @@ def test_a_mechanism_is_an_answer(server):
 def test_files_hold_the_answer(server, tmp_path):
     answer = server.solve_beams(cantilever(6), files=("vtu", "csv", "json"), stem="arm", progress=False)
     names = {path.name for path in answer.write(tmp_path)}
-    assert names == {"arm.vtu", "arm_nodes.csv", "arm_elements.csv", "arm.json"}
+    assert names == {"arm.vtu", "arm_nodes.csv", "arm_elements.csv", "arm_stations.csv", "arm.json"}
     assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "Points", "<f8"), answer.positions.ravel())
     assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "connectivity", "<i4"), answer.elements.ravel())
     assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "utilisation", "<f8"), answer.utilisations)
@@ -177,7 +177,9 @@ def test_a_followed_branch_reports_its_snaps(server):
             "elements": [{"start": i, "finish": i + 1} for i in range(16)],
             "supports": [{"node": 0, **CLAMPED}, {"node": 16, **CLAMPED}],
             "loads": [{"node": 8, "force": {"z": -12}}]}
-    plain, followed = (server.solve_beams(arch, follow=follow, progress=False) for follow in (False, True))
+    with pytest.warns(limber.SnapWarning, match="the structure snapped"):
+        plain, followed = (server.solve_beams(arch, follow=follow, progress=False) for follow in (False, True))
+    assert "snapped to another shape at" in plain.message
     assert plain.converged and plain.snaps == followed.snaps and followed.converged, "the default method follows, too"
     assert np.abs(followed.positions - plain.positions).max() < 1e-6
     assert len(followed.snaps) == 1 and 0 < followed.snaps[0].progress < 1 and 0 < followed.snaps[0].node < 16
@@ -201,7 +203,7 @@ def test_the_command_line(cli, tmp_path):
     scene.write_text(json.dumps(cantilever(6)))
     done = cli("beams", scene, "--method", "newton", "--export", tmp_path / "out.vtu", "--export", tmp_path / "out.csv")
     assert done.returncode == 0 and "converged" in done.stdout and "7 nodes, 6 elements" in done.stdout, done.stderr
-    assert {path.name for path in tmp_path.glob("out*")} == {"out.vtu", "out_nodes.csv", "out_elements.csv"}
+    assert {path.name for path in tmp_path.glob("out*")} == {"out.vtu", "out_nodes.csv", "out_elements.csv", "out_stations.csv"}
     printed = json.loads(cli("--json", "beams", scene).stdout)
     assert printed["status"] == "BEAM_STATUS_CONVERGED"
     assert cli("beams", job_folder(tmp_path)).returncode == 0
@@ -353,3 +355,46 @@ def test_a_column_beyond_its_load_reports_negative_eigenvalues(server):
         assert "balanced but unstable" in relaxed.message and relaxed.node is not None
     else:
         assert relaxed.negative_eigenvalues == 0
+
+
+def of_job_and_session(server, structure):
+    """What a job says of a structure's equilibrium, and what a session does."""
+    yield server.solve_beams(structure, progress=False)
+    session = server.open(structure, progress=False)
+    yield session.wait(until="checked")
+    session.close()
+
+
+def test_a_neutral_direction_is_an_answer(server):
+    """A round rod between clamps, one pushed in by a tenth: it arches in any plane, and may be turned about the line between them."""
+    rod = {"nodes": [{"position": {"x": i / 12}} for i in range(13)],
+           "sections": [{"tube": {"outer_radius": 0.005}, "young": 1e10, "poisson": 0.3}],
+           "elements": [{"start": i, "finish": i + 1} for i in range(12)],
+           "supports": [{"node": 0, **CLAMPED}, {"node": 12, **CLAMPED, "fix_x": False}],
+           "motions": [{"node": 12, "x": -0.1}]}
+    for answer in of_job_and_session(server, rod):
+        assert answer.status == "CONVERGED" and answer.negative_eigenvalues == 0, answer.message
+        assert len(answer.neutral_directions) == 1 and "neutral" in answer.message, answer.message
+        (neutral,) = answer.neutral_directions
+        assert neutral.node == 6 and np.linalg.norm(neutral.translation) > 0.1
+        assert answer.unjudged_elements == ()
+    answer = server.solve_beams(rod, progress=False)
+    rise = answer.positions[6] - (answer.positions[6, 0], 0, 0)
+    across = answer.neutral_directions[0].translation
+    assert np.linalg.norm(rise) > 0.1
+    assert abs(across @ rise) < 1e-3 * np.linalg.norm(rise) * np.linalg.norm(across) and abs(across[0]) < 1e-3
+
+
+def test_an_element_too_long_to_show_how_it_buckles_is_named(server):
+    """A column of one element, clamped and pinned, under 1.3 times its critical load: by itself it buckles at 1.49 times that."""
+    bending = 1e9 * 0.02 * 0.01 ** 3 / 12
+    column = {"nodes": [{"position": {}, "normal": {"x": 1}}, {"position": {"z": 1}, "normal": {"x": 1}}],
+              "sections": [{"rectangle": {"width": 0.02, "height": 0.01}, "young": 1e9, "poisson": 0.3}],
+              "elements": [{"start": 0, "finish": 1}],
+              "supports": [{"node": 0, **CLAMPED}, {"node": 1, "fix_x": True, "fix_y": True}],
+              "loads": [{"node": 1, "force": {"z": -1.3 * 20.1907 * bending}}]}
+    for answer in of_job_and_session(server, column):
+        assert answer.unjudged_elements == (0,) and answer.negative_eigenvalues is None, answer.message
+        assert "element 0" in answer.message and "take shorter ones" in answer.message
+        assert answer.neutral_directions == ()
+    assert server.solve_beams(column, progress=False).status == "UNSTABLE"

@@ -17,8 +17,8 @@ import pytest
 from conftest import bar, small_scene, tip_of
 from limber.launching import find_binary
 
-COMMANDS = ["start", "stop", "info", "status", "jobs", "sample", "validate", "tetrahedralize", "simulate", "open", "list",
-            "show", "wait", "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "dynamics", "keyframe",
+COMMANDS = ["start", "stop", "info", "status", "backup", "jobs", "sample", "validate", "tetrahedralize", "simulate", "open",
+            "list", "show", "wait", "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "dynamics", "keyframe",
             "keyframes", "undo", "redo", "edit-script", "frames", "export", "watch",
             "deploy", "pin", "attach"]
 

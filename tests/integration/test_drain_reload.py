@@ -241,3 +241,17 @@ def test_lines_of_the_log_are_json_where_that_is_asked_for(launch):
     assert [line for line in lines if line.get("session") == "s" and "opened" in line["message"]]
     refused, = [line for line in lines if "refused" in line["message"]]
     assert refused["error"] == "ERROR_CODE_OUT_OF_RANGE" and refused["field"] and int(refused["client"]) > 0
+
+
+def test_other_signals_end_nothing(launch):
+    """SIGUSR1 says how the server does, SIGUSR2 nothing."""
+    server = launch()
+    server.open(small_scene(), progress=False).wait()
+    server.process.send_signal(signal.SIGUSR2)
+    server.process.send_signal(signal.SIGUSR1)
+    deadline = time.monotonic() + 20
+    while "status: up" not in server.log:
+        assert time.monotonic() < deadline, server.log
+        time.sleep(0.01)
+    assert "sessions: 1 in memory" in server.log
+    assert server.info().server_version and server.process.poll() is None

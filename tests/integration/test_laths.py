@@ -32,7 +32,7 @@ def lines_of(path):
 
 
 def check_cover(laths, lengths, scale):
-    """Every segment is in one lath, as long as it is drawn, between two holes or an end."""
+    """Every segment is in one lath, as long as it is drawn, between two holes or an end; of laths without overhang."""
     assert sorted(part for lath in laths for part in lath.parts) == list(range(len(lengths)))
     for lath in laths:
         assert np.allclose(np.diff(lath.cuts), lengths[list(lath.parts)] * scale, rtol=1e-9)
@@ -43,7 +43,7 @@ def check_cover(laths, lengths, scale):
 def test_rods_of_a_grid_are_laths(server):
     vertices, edges = grid(4)
     opened = server.open(limber.linkage_scene(vertices, edges, section=RECTANGLE, youngs_modulus=1e9), progress=False)
-    laths = opened.laths()
+    laths = opened.laths(overhang=0)
     assert len(laths) == 8 and laths.unit == "mm" and laths.section == "rectangle 20 x 5"
     check_cover(laths, drawn_lengths(vertices, edges), 1000)
     for lath in laths:
@@ -65,7 +65,7 @@ def test_laths_of_public_linkages(server, name, count):
         pytest.skip(f"no {path} (set LIMBER_SHARED)")
     opened = server.open(path, progress=False)
     opened.wait()
-    laths = opened.laths("m")
+    laths = opened.laths("m", overhang=0)
     assert len(laths) == count
     check_cover(laths, drawn_lengths(*lines_of(path)), 1)
     opened.close()
@@ -170,7 +170,48 @@ def test_svg_has_its_true_size(linkage, tmp_path):  # noqa: F811
         assert (root.get("width"), root.get("height")) == ("2500mm", "300mm") and root.get("viewBox") == "0 0 2500 300"
         polygons += len(root.findall("{*}polygon"))
     assert polygons == len(laths)
-    assert refusal(lambda: laths.save_svg(tmp_path / "no.svg", hole=20)) == ("INVALID_ARGUMENT", "hole")
+
+
+def test_laths_reach_beyond_their_outer_holes(linkage, tmp_path):  # noqa: F811
+    """By 1.5 diameters of their holes, which are a fifth of 20 mm."""
+    laths, bare = linkage.laths(), linkage.laths(overhang=0)
+    assert laths.hole == pytest.approx(4) and laths.length == pytest.approx(bare.length + 2 * 6 * len(laths))
+    for lath in laths:
+        assert (lath.holes[0].at, lath.length - lath.holes[-1].at) == pytest.approx((6, 6))
+        assert lath.cuts[1] - lath.cuts[0] == pytest.approx(bare[lath.number].cuts[1] + 6)
+    assert linkage.laths(hole=8)[0].holes[0].at == pytest.approx(12)
+    assert linkage.laths("cm", hole=0.8, edge_distance=2)[0].holes[0].at == pytest.approx(1.6)
+    assert linkage.laths(hole=8, overhang=20)[0].holes[0].at == pytest.approx(20)
+
+
+def test_holes_fit_their_laths(linkage, tmp_path):  # noqa: F811
+    """At most half the width, and within the ends."""
+    laths, path = linkage.laths(), tmp_path / "no.svg"
+    for hole in (0, -1, 10.1, 20, float("nan")):
+        assert refusal(lambda: linkage.laths(hole=hole)) == ("INVALID_ARGUMENT", "hole")
+        assert refusal(lambda: laths.save_svg(path, hole=hole)) == ("INVALID_ARGUMENT", "hole")
+    assert refusal(lambda: linkage.laths(edge_distance=-1)) == ("INVALID_ARGUMENT", "edge_distance")
+    for bare in (linkage.laths(overhang=0), linkage.laths(edge_distance=0), linkage.laths(overhang=1.9)):
+        with pytest.raises(limber.LimberError, match="cuts the end of lath 0: take a larger overhang"):
+            bare.save_svg(path)
+    assert not path.exists() and linkage.laths(hole=10).save_svg(path)
+
+
+def parts_of(session):
+    return sorted(tuple(sorted(lath.parts)) for lath in session.laths())
+
+
+def test_laths_do_not_depend_on_the_pose(server):
+    """Of the closed linkage, whose laths lie on each other, as of the open one."""
+    opened = server.open(sample="hyperboloid", progress=False)
+    opened.wait()
+    found = parts_of(opened)
+    for angle in (40, 1, 1e-3, 0):
+        opened.deploy(angle)
+        assert opened.wait().mean_angle == pytest.approx(angle, abs=1e-6)
+        assert parts_of(opened) == found
+    assert [rod.segments for rod in opened.geometry().rods] == [rod.segments for rod in opened.solution().rods]
+    opened.close()
 
 
 def test_members_of_beams(server):
@@ -185,13 +226,15 @@ def test_members_of_beams(server):
     structure["elements"][-1]["kind"] = "BEAM_KIND_CABLE"
     structure["elements"][5]["rest_length"] = 1.25
     opened = server.open(structure, progress=False)
-    laths = opened.laths()
+    laths = opened.laths(overhang=0)
     assert [lath.parts for lath in laths] == [(0, 1, 2), (3, 4, 5), (6,)]
     assert [lath.length for lath in laths] == pytest.approx([3000, 3250, 1000 * math.sqrt(5)])
     assert [(hole.joint, hole.at, hole.crosses) for hole in laths[0].holes] == [(1, 1000, (1,)), (3, 3000, (2,))]
     assert {lath.section for lath in laths} == {"rectangle 40 x 3"}
     assert laths.csv().count("\n") == 1 + sum(len(lath.holes) for lath in laths)
     assert laths[0].holes[0].angle == pytest.approx(90) and laths[0].holes[1].angle == pytest.approx(math.degrees(math.atan(0.5)))
+    longer = opened.laths()  # beyond the one outer hole: 1.5 diameters of 8 mm
+    assert longer.hole == pytest.approx(8) and longer[0].length == pytest.approx(3012) and longer[0].holes[0].at == 1000
     opened.close()
 
 

@@ -355,3 +355,17 @@ def test_all_parts_of_an_export_are_of_one_result(server):
     second = session.connection.call("export", request, timeout=60)
     assert second.result == first.result and second.result.revision == 0
     session.close()
+
+
+def test_a_wait_that_runs_out_of_time_names_session_revision_and_state(server):
+    session = server.open(small_scene(), session="late", progress=False)
+    session.wait(until="checked")  # nothing follows
+    with pytest.raises(TimeoutError, match=r"^session late: no final result of revision 99 within 0\.2 s; it is at revision 0, ready; its newest "
+                                           r"result is of revision 0, final \(field timeout_s\)") as caught:
+        session.wait(revision=99, timeout=0.2)
+    assert caught.value.code == "TIMEOUT" and isinstance(caught.value, limber.LimberError)
+    with session.stream(snapshot=False) as stream:
+        stream.next(5)  # what there is
+        with pytest.raises(TimeoutError, match="^session late: no frames within 0.3 s; it is at"):
+            stream.next(0.3)
+    session.close()

@@ -199,6 +199,25 @@ def test_limber_simulate_writes_what_limber_open_edits(cli, server, tmp_path):
     server.session(session).close()
 
 
+def test_a_simulation_does_not_look_at_constraints(cli, server, tmp_path):
+    late = [{"frame": FRAMES + 6, "nodes": [62], "position": {"x": 1}}, {"frame": 5, "nodes": [4000], "position": {"x": 1}}]
+    wrong = scene_file(tmp_path, constraints=late, keyframes=[{"frame": 5, "path": "none.vtk"}])
+    process = cli("simulate", wrong, "-o", tmp_path / "wrong.pc2", "--scene-out", tmp_path / "without.json")
+    assert process.returncode == 0 and "no constraints and no keyframes" in process.stderr, process.stderr
+    assert "constraints" not in json.loads((tmp_path / "without.json").read_text())
+    plain = scene_file(tmp_path)
+    motion = server.simulate(str(plain), progress=False)
+    assert np.abs(read_pc2(tmp_path / "wrong.pc2") - motion.positions).max() < 1e-6
+    scene = limber.load_scene(plain)
+    scene.constraints.add(frame=FRAMES + 6, nodes=[62]).position.x = 1
+    assert np.abs(server.simulate(scene, progress=False).positions - motion.positions).max() < 1e-6
+    with pytest.raises(limber.LimberError, match="frame"):
+        server.open(scene)
+    fits = scene_file(tmp_path, constraints=[{"frame": 5, "nodes": [62], "position": {"x": 1}}])
+    assert cli("simulate", fits, "--scene-out", tmp_path / "edited.json").returncode == 0
+    assert [one["frame"] for one in json.loads((tmp_path / "edited.json").read_text())["constraints"]] == [5]
+
+
 def test_limber_simulate_says_what_is_wrong(cli, tmp_path):
     scene = scene_file(tmp_path)
     for arguments, code, text in (((scene,), 2, "--out"), ((scene, "-o", tmp_path / "x.foo"), 1, "output"),

@@ -369,6 +369,28 @@ def test_a_design_that_is_taken_opens_from_flat_to_its_shape(server, tmp_path):
         linkage.close()
 
 
+def test_what_a_builder_applies_is_in_newtons_and_metres(server):
+    """Of a design in millimetres: the moment at the end of the path is the one that holds the shape, which has no push."""
+    vertices, triangles = hill()
+    design = server.design_surface((1000 * vertices, triangles), columns=6, rows=5, section={"rectangle": (20, 4)},
+                                   length_unit_in_metres=1e-3, progress=False, max_iterations=25)
+    info, linkage = design.wait(), design.session
+    if info.taken is None:
+        design.take()
+    held = linkage.wait()
+    erection = info.erection
+    assert erection is not None, info.message
+    assert len(erection.moments) == len(erection.path) and held.mean_angle_moment != 0
+    assert erection.moments[-1] == pytest.approx(held.mean_angle_moment, rel=0.01)
+    assert tuple(linkage.scene().linkage.erection.path_moments) == erection.moments
+    joint, force, moment = erection.support
+    assert len(erection.push) > joint >= 0 and np.abs(force + moment).max() > 0
+    done = run(server, "design", linkage.id, "watch")
+    assert "moment [N m]\n" in done.stdout and f"{erection.moments[-1]:.5g}\n" in done.stdout, done.stdout + done.stderr
+    assert f"joint {joint} is held meanwhile: it takes up to (" in done.stdout and ") N m\n" in done.stdout
+    linkage.close()
+
+
 def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_alike(server):
     """Millimetres that are taken for metres are a roof of 12 km, whose grid is longer while it is closed: that is reported."""
     x, y = np.meshgrid(np.linspace(-1, 1, 13), np.linspace(-0.8, 0.8, 13), indexing="ij")

@@ -1,15 +1,18 @@
 """limberd --web: pages are clients as others are, and nobody else comes in."""
 
+import contextlib
 import json
 import signal
 import socket
 import stat
 import struct
 import subprocess
+import zlib
 
 import limber
 import pytest
 from conftest import small_scene, tip_of
+from limber.v1 import access_pb2 as access
 from limber.v1 import common_pb2 as common
 from limber.v1 import service_pb2 as service
 from pages import BINARY, CLOSE, PING, PONG, TEXT, UPGRADE, Closed, Page, Socket, ask, connect, eventually, head, \
@@ -385,6 +388,102 @@ def test_as_many_sockets_as_allowed(launch):
                 return False
             return True
         assert eventually(is_let_in)
+
+
+def tokens_by_role(server):
+    return {access.Role.Name(token.role): token.token for token in server.info().web_tokens}
+
+
+def requests_as(address, token, **fields):
+    return Socket(address, f"/v1/requests?token={token}", **fields)
+
+
+def close_code(requests):
+    with pytest.raises(Closed) as closed:
+        while True:
+            requests.receive()
+    return closed.value.code
+
+
+def test_those_who_look_leave_places_to_those_who_administer(launch):
+    server = launch(*WEB)
+    address = ready_file(server)["web"].removeprefix("http://")
+    tokens = tokens_by_role(server)
+    taken = []
+    try:
+        for role, most in (("ROLE_VIEW", 48), ("ROLE_EDIT", 56), ("ROLE_ADMINISTER", 64)):
+            with contextlib.suppress(AssertionError):
+                while len(taken) < 100:
+                    taken.append(requests_as(address, tokens[role]))
+            assert len(taken) == most, role
+    finally:
+        for one in taken:
+            one.connection.close()
+
+
+def unfinished(requests, size, piece=1 << 18):
+    """So many bytes of a message that has no end."""
+    requests.send(b"", last=False, mask=bytes(4))
+    for _ in range(size // piece):
+        requests.send(bytes(piece), opcode=0, last=False, mask=bytes(4))
+
+
+def test_unfinished_messages_are_bounded_in_sum(launch):
+    server = launch(*WEB, "--max-message-bytes", 4 << 20)
+    address = ready_file(server)["web"].removeprefix("http://")
+    tokens = tokens_by_role(server)
+    with requests_as(address, tokens["ROLE_VIEW"]) as viewer, contextlib.suppress(ConnectionError):
+        unfinished(viewer, 2 << 20)
+        assert close_code(viewer) == 1009, "who looks has nothing to say that is so long"
+    with requests_as(address, tokens["ROLE_EDIT"]) as first, requests_as(address, tokens["ROLE_EDIT"]) as second:
+        unfinished(first, 4 << 20)
+        with contextlib.suppress(ConnectionError):
+            unfinished(second, 3 << 20)
+            assert close_code(second) == 1013
+        with requests_as(address, tokens["ROLE_ADMINISTER"]) as administrator:
+            unfinished(administrator, 4 << 20)
+            administrator.send(bytes(10), opcode=0, last=True, mask=bytes(4))
+            assert service.Reply.FromString(administrator.receive()).error.code == common.ERROR_CODE_LIMIT_EXCEEDED
+        with requests_as(address, tokens["ROLE_EDIT"]) as third:
+            third.send(listing(3).SerializeToString())
+            assert service.Reply.FromString(third.receive()).id == 3, "small ones have room"
+
+
+def deflated(data):
+    """A message's bytes by RFC 7692."""
+    compressor = zlib.compressobj(9, zlib.DEFLATED, -15)
+    return (compressor.compress(data) + compressor.flush(zlib.Z_SYNC_FLUSH))[:-4]
+
+
+def test_messages_that_unpack_to_far_more_are_refused(launch):
+    server = launch(*WEB, "--web-deflate")
+    ready = ready_file(server)
+    address = ready["web"].removeprefix("http://")
+    offer = {"Sec_WebSocket_Extensions": "permessage-deflate"}
+    compressed = BINARY | 0x40
+    with requests_as(address, ready["web_token"], **offer) as requests:
+        requests.send(deflated(listing(1).SerializeToString()), opcode=compressed)
+        # Its own replies are compressed, too: that one comes is enough.
+        assert requests.frame()[1]
+    with requests_as(address, ready["web_token"], **offer) as requests:
+        requests.send(deflated(bytes(200 << 20)), opcode=compressed)
+        assert close_code(requests) == 1009
+    scene = service.Request(version=1, id=2)
+    scene.validate_scene.scene.name = "".join(chr(97 + i * i % 23) for i in range(1 << 20)) * 3
+    with requests_as(address, ready["web_token"], **offer) as requests:
+        requests.send(deflated(scene.SerializeToString()), opcode=compressed)
+        assert requests.frame()[1], "text may be compressed well"
+
+
+@pytest.mark.parametrize("coding, status", [("chunked", 200), ("Chunked", 200), ("gzip", 501), ("gzip, chunked", 501),
+                                            ("identity", 501), (["chunked", "chunked"], 501)])
+def test_where_a_request_ends_is_known(server, coding, status):
+    address = ready_file(server)["web"].removeprefix("http://")
+    with connect(address) as connection:
+        body = b"0\r\n\r\n"
+        connection.sendall(head(address, Transfer_Encoding=coding, Connection="close") + body)
+        assert read_answer(connection)[0] in (status, 400 if status == 501 else status)
+        assert connection.recv(1) == b"", "what follows is no request"
 
 
 # --- Pages that sleep

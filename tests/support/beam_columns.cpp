@@ -60,6 +60,23 @@ int add_line(BeamModel& model, double x, int elements, int section) {
   return first;
 }
 
+/// Where a fork has swung by half a turn the axes of its spins jump from one side to the other; its
+/// support takes no torque there. The gradient's spins are turned back to those of the state.
+void by_spins_of(const BeamStructure& structure, const BeamState& state, const BeamState& moved,
+                 int element, LocalVector& gradient) {
+  const BeamElement& ends = structure.model().elements[static_cast<std::size_t>(element)];
+  int first = 3;
+  for (const int node : {ends.start, ends.finish}) {
+    const auto axes = [&](const BeamState& of) {
+      return structure.spin_axes(node, of.rotations[static_cast<std::size_t>(node)]);
+    };
+    if (structure.has_swung_by_half_a_turn(state, node))
+      gradient.segment<3>(first) =
+          (axes(state).transpose() * axes(moved) * gradient.segment<3>(first)).eval();
+    first += 6;
+  }
+}
+
 }  // namespace
 
 const char* to_string(ColumnEnds ends) {
@@ -178,7 +195,9 @@ Eigen::VectorXd scaled_eigenvalues(const BeamStructure& structure, const BeamSta
         increments[u] = by;
         const BeamState moved = structure.moved(state, increments);
         increments[u] = 0;
-        return local_gradient(structure, moved, e);
+        LocalVector gradient = local_gradient(structure, moved, e);
+        by_spins_of(structure, state, moved, e, gradient);
+        return gradient;
       };
       const LocalVector change = (forces(step) - forces(-step)) / (2 * step);
       for (int i = 0; i < unknowns.count; ++i) {

@@ -38,19 +38,37 @@ test("two pages see each other's edits", async () => {
   const revision = await first.evaluate(() => Number(window.limber.opened.session.revision));
   await settle(second, revision);
   await until(second, () =>
-    /page-\d+ edited.*constraint \d+ (added|changed)/.test(document.querySelector(".notices").textContent),
+    /page-[0-9a-f]{8} edited.*constraint \d+ (added|changed)/.test(document.querySelector(".notices").textContent),
   );
   const motions = await Promise.all(
     [first, second].map((page) => page.evaluate(() => [...window.limber.opened.session.motion.data.slice(0, 5000)])),
   );
   assert.deepEqual(motions[0], motions[1]);
+  // Who has edited nothing has nothing to take back.
+  const target = (page) => page.evaluate(() => window.limber.opened.session.scene.constraints.at(-1).target.value);
+  const dragged = await target(first);
+  await second.locator("canvas.view").focus();
   await second.keyboard.press("Control+z");
-  await until(first, (revision) => window.limber.opened.session.revision > BigInt(revision), revision);
+  await second.waitForSelector(".notice.bad");
+  assert.equal(await first.evaluate(() => Number(window.limber.opened.session.revision)), revision);
+  assert.deepEqual(await target(first), dragged);
+  await first.locator("canvas.view").focus();
+  await first.keyboard.press("Control+z");
+  await until(second, (revision) => window.limber.opened.session.revision > BigInt(revision), revision);
+  await constraints(second, count);
   const people = (page) => page.locator('[data-test="people"] li').allTextContents();
   const made = (page) => page.locator('[data-test="revisions"]').textContent();
-  await until(second, () => /this page undid/.test(document.querySelector('[data-test="revisions"]').textContent));
-  assert.match(await made(second), /page-\d+ (added|moved) a constraint/);
+  await until(first, () => /this page undid/.test(document.querySelector('[data-test="revisions"]').textContent));
+  assert.match(await made(second), /page-[0-9a-f]{8} (added|moved) a constraint/);
   assert.match(await made(first), /this page (added|moved) a constraint.*this page opened the session/);
+  // What was said can be read again once it has gone.
+  await second.locator("[data-test=messages] summary").click();
+  await second.locator(".notice button").first().click();
+  assert.match(
+    await second.locator("[data-test=messages]").textContent(),
+    /problem: .*page-[0-9a-f]{8} edited, revision/,
+  );
+  await second.locator("[data-test=messages] summary").click();
   await openPanels(second, "People");
   await second.getByLabel("Your name here").fill("Ben");
   await second.getByRole("button", { name: "Use this name" }).click();
@@ -58,8 +76,53 @@ test("two pages see each other's edits", async () => {
   assert.equal((await people(first)).length, 2);
   await second.click(".brand");
   await until(first, () => document.querySelectorAll('[data-test="people"] li').length === 1);
-  assert.match((await people(first))[0], /page-\d+ \(this page\)/);
+  assert.match((await people(first))[0], /page-[0-9a-f]{8} \(this page\)/);
   assert.deepEqual(first.faults.concat(second.faults), []);
+});
+
+/** The names by which the server knows who is in the session of this page. */
+const names = (page) => page.evaluate(() => window.limber.opened.session.status.clients.map(({ name }) => name));
+
+test("a duplicated tab takes back nothing of the first one's", async () => {
+  const first = await visit(browser, server.url);
+  await openSample(first, "beam");
+  await drag(first, await tip(first), [0, -30]);
+  await settle(first, 1);
+  const revision = await first.evaluate(() => Number(window.limber.opened.session.revision));
+  const stored = () => sessionStorage.getItem("limber-tab");
+  const name = await first.evaluate(stored);
+  // As a duplicated tab has it, window.open() gives a tab a copy of what this one has stored.
+  const [second] = await Promise.all([
+    first.context().waitForEvent("page"),
+    first.evaluate(() => void window.open(location.href)),
+  ]);
+  await second.waitForSelector('body[data-connection="open"]');
+  await settle(second);
+  await until(first, () => window.limber.opened.session.status.clients.length === 2);
+  assert.equal(new Set(await names(first)).size, 2);
+  assert.notEqual(await second.evaluate(stored), name);
+  await second.locator("canvas.view").focus();
+  await second.keyboard.press("Control+z");
+  await second.waitForSelector(".notice.bad");
+  assert.equal(await first.evaluate(() => Number(window.limber.opened.session.revision)), revision);
+  // A page that is loaded anew keeps its name, and with it what it can take back.
+  await first.reload();
+  await first.waitForSelector('body[data-connection="open"]');
+  await settle(first, revision);
+  assert.equal(await first.evaluate(stored), name);
+  await first.locator("canvas.view").focus();
+  await first.keyboard.press("Control+z");
+  await until(second, (revision) => window.limber.opened.session.revision > BigInt(revision), revision);
+});
+
+test("a page without locks has a name, as from an address without a certificate", async () => {
+  const page = await visit(browser, server.url, {}, () => {
+    Object.defineProperty(Navigator.prototype, "locks", { get: () => undefined });
+  });
+  await openSample(page, "beam");
+  await until(page, () => window.limber.opened.session.status?.clients.length === 1);
+  assert.match((await names(page))[0], /^page-[0-9a-f]{8}$/);
+  assert.deepEqual(page.faults, []);
 });
 
 test("a server that is killed and comes back finds the page's session again", async () => {
@@ -107,10 +170,20 @@ test("a server that keeps its sessions is killed, and the page's session goes on
     await kept.kill();
     await page.waitForSelector('body[data-connection="lost"], body[data-connection="connecting"]');
     await kept.start(kept.address);
+    // The motion is never beside a basis of other columns, with which nothing would be drawn.
+    await page.evaluate(() => {
+      window.blank = 0;
+      window.setInterval(() => {
+        const { workspace, session } = window.limber.opened ?? {};
+        const columns = workspace?.surface?.basis?.columns;
+        if (columns && session.motion.frames && columns !== session.motion.size) window.blank++;
+      }, 20);
+    });
     await until(page, () => /it has kept the session/.test(document.querySelector(".notices").textContent));
     await settle(page, revision);
     await constraints(page, count + 1);
     assert.equal(await page.evaluate(() => String(window.limber.opened.session.name.uid)), uid);
+    assert.equal(await page.evaluate(() => window.blank), 0, "the picture was empty");
     await page.getByRole("button", { name: "Undo" }).click();
     await until(page, (before) => window.limber.opened.session.revision > BigInt(before), revision);
     assert.deepEqual(page.faults, []);

@@ -279,28 +279,27 @@ test("forces are drawn along the beams as the solution has them, and an overload
   await page.getByLabel("Force of a drag").blur();
   await drag(page, await seen(page, top.at), [40, 60], 3);
   await settle(page, 1);
-  for (const [kind, start, finish] of [
-    ["axial", 0, 0],
-    ["shear3", 3, 3],
-    ["moment3", 5, 7],
-    ["moment2", 4, 6],
+  for (const [kind, column] of [
+    ["axial", 0],
+    ["shear3", 3],
+    ["moment3", 5],
+    ["moment2", 4],
   ]) {
     await page.getByLabel("Diagram").selectOption(kind);
     await until(page, () => / N/.test(document.querySelector("[data-test=diagram]").textContent));
-    const worst = await page.evaluate(
-      async ([start, finish]) => {
-        const { workspace, session } = window.limber.opened;
-        const { solution } = await session.connection.call("getBeamSolution", { session: session.reference });
-        const { data } = solution.elementForces;
-        const forces = new Float64Array(data.slice().buffer);
-        return Math.max(
-          ...workspace.diagram.drawn.values.map((value, i) =>
-            Math.abs(value - forces[8 * (i >> 1) + (i % 2 ? finish : start)]),
-          ),
-        );
-      },
-      [start, finish],
-    );
+    const worst = await page.evaluate(async (column) => {
+      const { workspace, session } = window.limber.opened;
+      const { solution } = await session.connection.call("getBeamSolution", {
+        session: session.reference,
+        stations: 21,
+      });
+      const stations = new Float64Array(solution.stations.data.slice().buffer);
+      const drawn = workspace.diagram.drawn.values.flatMap((of) => [...of]);
+      return Math.max(
+        drawn.length === stations.length / 8 ? 0 : Number.POSITIVE_INFINITY,
+        ...drawn.map((value, i) => Math.abs(value - stations[8 * i + column])),
+      );
+    }, column);
     assert.equal(worst, 0, `${kind} is not what the solution has`);
     await keepPicture(page, `diagram-${kind}`);
   }
@@ -319,5 +318,46 @@ test("forces are drawn along the beams as the solution has them, and an overload
   assert.ok((await page.evaluate(() => window.limber.opened.session.result.beams.largestUtilisation)) > 1);
   assert.match(await page.locator("[data-test=result]").textContent(), /overloaded: .* times the yield stress/);
   await until(page, () => /overloaded/.test(document.querySelector(".notices").textContent));
+  assert.deepEqual(page.faults, []);
+});
+
+test("what is said of the strength follows the result, and goes when it is not so any more", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "arch");
+  const top = await extreme(page, 1);
+  const load = async (force) => {
+    const made = await page.evaluate(
+      async ([node, z]) => {
+        const edits = [{ edit: { case: "setBeamLoad", value: { load: { node, force: { x: 0, y: 0, z } } } } }];
+        return Number((await window.limber.opened.session.edit(edits)).revision);
+      },
+      [top.index, force],
+    );
+    await settle(page, made);
+  };
+  const said = () => page.locator(".notice[data-key=strength]").allTextContents();
+  const times = () => page.evaluate(() => window.limber.opened.session.result.beams.largestUtilisation);
+  assert.deepEqual(await said(), []);
+  const seen = [];
+  for (const force of [3000, 6000]) {
+    await load(force);
+    const texts = await said();
+    assert.equal(texts.length, 1, texts.join());
+    const number = Number(/largest stress is ([\d.]+) times/.exec(texts[0])[1]);
+    assert.ok(Math.abs(number / (await times()) - 1) < 0.01, `${texts[0]} beside ${await times()}`);
+    seen.push(number);
+  }
+  assert.ok(seen[1] > 1.2 * seen[0], `${seen}`);
+  const loaded = await revision(page);
+  await page.keyboard.press("Control+z");
+  await settle(page, loaded + 1);
+  assert.ok((await times()) < 1.1 * seen[0] && (await said())[0].includes(String(seen[0])));
+  await load(1);
+  assert.ok((await times()) < 1);
+  assert.deepEqual(await said(), []);
+  assert.match(
+    await page.locator("[data-test=messages]").textContent(),
+    /problem: The structure is overloaded.*\(until /,
+  );
   assert.deepEqual(page.faults, []);
 });

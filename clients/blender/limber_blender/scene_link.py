@@ -88,7 +88,7 @@ class Link:
             for frame, place in places(empty, clock):
                 if frame == now:  # as it is dragged, before a key is set
                     place = np.array(empty.matrix_world.translation)
-                position = tuple(float(np.float32(x)) for x in place + offset)
+                position = tuple(float(np.float32(x)) + float(y) for x, y in zip(place, offset))
                 made.append(live.Wish(empty.name, frame, node, position, bool(empty.get("limber_exact", False))))
         return made
 
@@ -178,8 +178,9 @@ def add_handle(link: Link, place, frame: int):
     empty.location = Vector(shape[vertex].tolist())
     empty[HANDLE], empty["limber_node"], empty["limber_frame"] = link.name, node, frame
     empty["limber_exact"] = 0
-    # The node is not quite where the vertex is: it keeps its distance.
-    empty["limber_offset"] = (link.live.nodes[node] - link.body.vertices[vertex]).tolist()
+    # The node is not quite where the vertex is: it keeps its distance. Far from the origin Blender rounds the empty's place.
+    rounded = shape[vertex] - np.array(empty.location, dtype=float)
+    empty["limber_offset"] = (link.live.nodes[node] - link.body.vertices[vertex] + rounded).tolist()
     link.scene.collection.objects.link(empty)
     bpy.context.view_layer.update()
     return empty

@@ -58,6 +58,10 @@ std::string BeamKind::describe(const v1::ResultInfo& result) const {
         fmt::format("discretisation    {}\n", discretisation_words(result.discretisation_error()));
   for (const auto& snap : beams.snaps())
     text += fmt::format("snap              {}\n", snap_words(snap));
+  for (const auto& direction : beams.neutral_directions())
+    text += fmt::format("neutral           {}\n", neutral_words(direction));
+  if (beams.unjudged_elements_size() > 0)
+    text += fmt::format("not judged        {}\n", unjudged_words(beams.unjudged_elements()));
   if (!result.message().empty()) text += result.message() + "\n";
   return text;
 }
@@ -66,7 +70,8 @@ std::string BeamKind::remark(const v1::ResultInfo& result) const {
   const auto& error = result.discretisation_error();
   std::string overload = overload_words(result.beams().largest_utilisation());
   if (error.compared_elements() == 0) return overload;
-  return fmt::format("{}, off by {:.2g} % of the size", overload, 100 * error.position_error());
+  return fmt::format("{}, off by {:.2g} % of the size, moments by {:.2g} %", overload,
+                     100 * error.position_error(), 100 * error.moment_error());
 }
 
 }  // namespace

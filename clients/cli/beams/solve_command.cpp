@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -11,6 +12,7 @@
 #include "clients/cli/beams/words.h"
 #include "clients/cli/jobs.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/array_numbers.h"
 #include "clients/cpp/beams/files.h"
 #include "clients/cpp/error.h"
 #include "clients/cpp/files.h"
@@ -68,7 +70,8 @@ void ask_for_files(const BeamOptions& options, v1::SolveBeamsRequest& request) {
   }
 }
 
-/// @returns what was written: FILE.vtu, FILE.json; of FILE.csv FILE_nodes.csv, FILE_elements.csv
+/// @returns what was written: FILE.vtu, FILE.json; of FILE.csv three tables, FILE_nodes.csv and so
+/// on
 std::vector<std::string> write_files(const BeamOptions& options, const v1::GetJobResponse& job) {
   std::vector<std::string> written;
   for (const auto& path : options.exports) {
@@ -81,6 +84,48 @@ std::vector<std::string> write_files(const BeamOptions& options, const v1::GetJo
     }
   }
   return written;
+}
+
+/// "in element 3 at 0.500 of its length"
+std::string place_words(std::size_t element, double place) {
+  return fmt::format("in element {} at {:.3f} of its length", element, place);
+}
+
+/// The largest bending moment of all elements, within them too.
+void print_moment(const v1::BeamSolution& answer) {
+  constexpr std::size_t kComponents = 6, kValues = 4, kMoment2 = 4;
+  const auto extremes =
+      client::numbers<double>(answer.element_extremes(), v1::DATA_TYPE_FLOAT64, 3, "extremes");
+  double largest = 0;
+  std::string text;
+  for (std::size_t e = 0; kComponents * kValues * e < extremes.size(); ++e) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double* const of = &extremes[kValues * (kComponents * e + kMoment2 + axis)];
+      for (const std::size_t i : {0, 2}) {
+        if (std::abs(of[i]) <= largest) continue;
+        largest = std::abs(of[i]);
+        text = fmt::format("{:.3g} N m about axis {}, {}", largest, axis + 2,
+                           place_words(e, of[i + 1]));
+      }
+    }
+  }
+  if (!text.empty()) fmt::print("moment       {}\n", text);
+}
+
+void print_utilisation(const v1::BeamSolution& answer) {
+  if (!(answer.largest_utilisation() > 0)) return;
+  constexpr std::size_t kColumns = 5, kUtilisation = 4;
+  const auto stresses =
+      client::numbers<double>(answer.element_stresses(), v1::DATA_TYPE_FLOAT64, 2, "stresses");
+  const auto places =
+      client::numbers<double>(answer.governing_places(), v1::DATA_TYPE_FLOAT64, 1, "places");
+  std::size_t worst = 0;
+  for (std::size_t e = 0; e < places.size(); ++e) {
+    if (stresses[kColumns * e + kUtilisation] > stresses[kColumns * worst + kUtilisation])
+      worst = e;
+  }
+  fmt::print("utilisation  {:.3g}, {}{}\n", answer.largest_utilisation(),
+             place_words(worst, places.at(worst)), overload_words(answer.largest_utilisation()));
 }
 
 void print_solution(const v1::BeamSolution& answer) {
@@ -98,10 +143,13 @@ void print_solution(const v1::BeamSolution& answer) {
   fmt::print("energy       {:.6g} J  (stretching {:.4g} + torsion {:.4g} + bending {:.4g})\n",
              total, energies.stretching(), energies.torsion(),
              energies.bending_2() + energies.bending_3());
-  if (answer.largest_utilisation() > 0)
-    fmt::print("utilisation  {:.3g}{}\n", answer.largest_utilisation(),
-               overload_words(answer.largest_utilisation()));
+  print_moment(answer);
+  print_utilisation(answer);
   for (const auto& snap : answer.snaps()) fmt::print("snap         {}\n", snap_words(snap));
+  for (const auto& direction : answer.neutral_directions())
+    fmt::print("neutral      {}\n", neutral_words(direction));
+  if (answer.unjudged_elements_size() > 0)
+    fmt::print("not judged   {}\n", unjudged_words(answer.unjudged_elements()));
   if (!answer.message().empty()) fmt::print("{}\n", answer.message());
 }
 
@@ -149,7 +197,8 @@ void add_solve_command(CLI::App& app, Context& context) {
       ->capture_default_str();
   command
       ->add_option("--export", options->exports,
-                   "FILE.vtu, FILE.json, or FILE.csv (FILE_nodes.csv and FILE_elements.csv); "
+                   "FILE.vtu, FILE.json, or FILE.csv (FILE_nodes.csv, FILE_elements.csv, "
+                   "FILE_stations.csv); "
                    "may be repeated")
       ->type_size(1)
       ->expected(1)

@@ -15,6 +15,17 @@ std::string snap_words(const v1::BeamSnap& snap) {
                      snap.node(), snap.turn());
 }
 
+std::string neutral_words(const v1::BeamNeutralDirection& direction) {
+  const auto& moves = direction.translation();
+  return fmt::format("node {} moves by ({:.3g}, {:.3g}, {:.3g}) m per radian", direction.node(),
+                     moves.x(), moves.y(), moves.z());
+}
+
+std::string unjudged_words(const google::protobuf::RepeatedField<std::uint32_t>& elements) {
+  return fmt::format("{} {}", elements.size() == 1 ? "element" : "elements",
+                     fmt::join(elements.begin(), elements.end(), ", "));
+}
+
 std::string overload_words(double utilisation) {
   if (utilisation <= 1) return "";
   return fmt::format(", OVERLOADED: the largest stress is {:.3g} times the yield stress",
@@ -25,10 +36,17 @@ std::string discretisation_words(const v1::DiscretisationError& error) {
   if (error.compared_elements() == 0) return "not known: " + error.message();
   const std::string tolerance =
       error.tolerance() > 0 ? fmt::format("; tolerance {:.2g} %", 100 * error.tolerance()) : "";
+  const std::string utilisation =
+      error.has_utilisation_error()
+          ? fmt::format(", utilisations by {:.2g} % (element {})", 100 * error.utilisation_error(),
+                        error.worst_utilisation_element())
+          : "";
   return fmt::format(
-      "positions off by {:.2g} % of the size ({:.3g} m at node {}{}), energy by {:.2g} %; {} "
-      "elements against {}",
+      "positions off by {:.2g} % of the size ({:.3g} m at node {}{}), bending moments by {:.2g} % "
+      "of "
+      "the largest (element {}){}, energy by {:.2g} %; {} elements against {}",
       100 * error.position_error(), error.max_distance(), error.worst_node(), tolerance,
+      100 * error.moment_error(), error.worst_moment_element(), utilisation,
       100 * error.energy_error(), error.elements(), error.compared_elements());
 }
 

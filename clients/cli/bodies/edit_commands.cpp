@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -19,6 +18,7 @@
 #include "clients/cli/print.h"
 #include "clients/cli/receipt.h"
 #include "clients/cpp/bodies/session.h"
+#include "engine/base/checked_number.h"
 
 namespace limber::cli::bodies {
 namespace {
@@ -43,16 +43,15 @@ std::optional<v1::SurfacePoint> surface_point(const std::string& text) {
   std::istringstream parts(text);
   std::string part;
   for (int i = 0; std::getline(parts, part, ','); ++i) {
-    const char* const end = part.data() + part.size();
-    std::uint32_t triangle = 0;
-    double weight = 0;
-    const auto read = i == 0 ? std::from_chars(part.data(), end, triangle)
-                             : std::from_chars(part.data(), end, weight);
-    if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
-    if (i == 0)
-      point.set_triangle(triangle);
-    else
-      point.add_weights(weight);
+    if (i == 0) {
+      const auto triangle = parse_number<std::uint32_t>(part);
+      if (!triangle) return std::nullopt;
+      point.set_triangle(*triangle);
+    } else {
+      const auto weight = parse_number<double>(part);
+      if (!weight) return std::nullopt;
+      point.add_weights(*weight);
+    }
   }
   if (point.weights_size() != 3 || text.ends_with(',')) return std::nullopt;
   return point;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "clients/cpp/linkages/on_surface.h"
 #include "clients/cpp/server.h"
 #include "clients/cpp/stream.h"
+#include "engine/base/checked_number.h"
 
 namespace limber::cli::linkages {
 namespace {
@@ -45,13 +47,13 @@ struct DesignOptions {
 template <class List>
 void put_targets(const std::vector<double>& values, List& targets) {
   for (std::size_t i = 0; i + 3 < values.size(); i += 4) {
-    const double joint = values[i];
-    if (!(joint >= 0 && joint <= 4294967295.0) || joint != static_cast<unsigned>(joint)) {
+    const auto joint = to_whole<std::uint32_t>(values[i]);
+    if (!joint) {
       throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "target",
-                        fmt::format("a target is a joint and x y z, {:g} is no joint", joint));
+                        fmt::format("a target is a joint and x y z, {:g} is no joint", values[i]));
     }
     auto& target = *targets.Add();
-    target.set_joint(static_cast<unsigned>(joint));
+    target.set_joint(*joint);
     *target.mutable_position() = client::message({values[i + 1], values[i + 2], values[i + 3]});
   }
 }
@@ -98,8 +100,8 @@ std::pair<double, double> pair_of(const std::string& text, const char* field) {
                     fmt::format("two positive numbers with an x between, not {}", text));
 }
 
-unsigned count_of(double number, const char* field) {
-  if (number == static_cast<unsigned>(number)) return static_cast<unsigned>(number);
+std::uint32_t count_of(double number, const char* field) {
+  if (const auto count = to_whole<std::uint32_t>(number)) return *count;
   throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field, "whole numbers of joints");
 }
 

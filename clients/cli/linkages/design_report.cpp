@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "clients/cli/print.h"
@@ -51,6 +52,28 @@ void print_other(const v1::DesignInfo& info, const v1::OtherOptimum& other) {
       other.terms().surface_rms(), 100 * other.size_difference(), other.deployed_distance());
 }
 
+/// What a builder has to apply.
+void print_erection(const v1::LinkageErection& erection) {
+  fmt::print("opens from flat to {:.4g} degrees {}\n", erection.mean_angle_degrees(),
+             erection.push_size() == 0
+                 ? "by itself"
+                 : "pushed out of its plane along the path, as deploy does it");
+  if (erection.path_moments_size() > 0)
+    fmt::print(
+        "moment on every joint that holds it (positive opens; the last one without the push)\n"
+        "{:>11}  {:>12}\n",
+        "angle [deg]", "moment [N m]");
+  for (int i = 0; i < std::min(erection.path_moments_size(), erection.path_degrees_size()); ++i)
+    fmt::print("{:>11.2f}  {:>12.5g}\n", erection.path_degrees(i), erection.path_moments(i));
+  if (!erection.has_support()) return;
+  const auto &force = erection.support().force(), &moment = erection.support().moment();
+  fmt::print(
+      "joint {} is held meanwhile: it takes up to ({:.4g}, {:.4g}, {:.4g}) N and ({:.4g}, {:.4g}, "
+      "{:.4g}) N m\n",
+      erection.support().joint(), force.x(), force.y(), force.z(), moment.x(), moment.y(),
+      moment.z());
+}
+
 void print_end(const Context& context, const v1::DesignInfo& info) {
   if (context.json) return print_json(info);
   fmt::print("{}\n", end_words(info));
@@ -64,11 +87,10 @@ void print_end(const Context& context, const v1::DesignInfo& info) {
         "cover: the linkage's cells have an area of {:.4g}, {:.1f} % of the start's {:.4g}\n",
         best.covered_area(), 100 * best.cover(), before.covered_area());
   }
-  if (info.has_erection()) {
-    fmt::print("opens from flat to {:.4g} degrees {}\n", info.erection().mean_angle_degrees(),
-               info.erection().push_size() == 0
-                   ? "by itself"
-                   : "pushed out of its plane along the path, as deploy does it");
+  if (!info.erection().failure().empty()) {
+    fmt::print("no way to open it from flat is known: {}\n", info.erection().failure());
+  } else if (info.has_erection()) {
+    print_erection(info.erection());
   }
   fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
              info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),

@@ -16,10 +16,14 @@ std::string describe_discretisation(const v1::DiscretisationError& error) {
   if (!is_known(error)) return fmt::format("edges             no estimate: {}\n", error.message());
   return fmt::format(
       "edges             {}: positions off by {:.2g} % of the size ({:.2g} m, next to joint {}{}), "
-      "energy by {:.2g} %\n",
+      "energy by {:.2g} %{}\n",
       error.elements(), 100 * error.position_error(), error.max_distance(), error.worst_node(),
       error.tolerance() > 0 ? fmt::format("; tolerance {:.2g} %", 100 * error.tolerance()) : "",
-      100 * error.energy_error());
+      100 * error.energy_error(),
+      error.has_stress_error()
+          ? fmt::format(", the largest stress of segment {} by {:.2g} % of all",
+                        error.worst_stress_segment(), 100 * error.stress_error())
+          : "");
 }
 
 class LinkageKind final : public Kind {

@@ -64,7 +64,7 @@ Vector nearest_weights(const Corners& corners, const Vector& x) {
   return {1 - b - c, b, c};
 }
 
-Vector vertex_of(const std::vector<float>& points, std::size_t index) {
+Vector vertex_of(const std::vector<double>& points, std::size_t index) {
   return {points.at(3 * index), points.at(3 * index + 1), points.at(3 * index + 2)};
 }
 
@@ -98,7 +98,7 @@ PickedPoint nearest_point(const DrawnSurface& surface, const Vector& position) {
   return picked;
 }
 
-std::vector<std::uint32_t> points_in_box(const std::vector<float>& points, const Vector& low,
+std::vector<std::uint32_t> points_in_box(const std::vector<double>& points, const Vector& low,
                                          const Vector& high) {
   std::vector<std::uint32_t> inside;
   for (std::size_t i = 0; i < points.size() / 3; ++i) {

@@ -10,7 +10,7 @@ namespace limber::client {
 
 /// Triangles and where their vertices are, at rest or in a frame.
 struct DrawnSurface {
-  std::vector<float> vertices;          // n x 3 [length unit]
+  std::vector<double> vertices;         // n x 3 [length unit]
   std::vector<std::int32_t> triangles;  // t x 3
   v1::PointSurface surface = v1::POINT_SURFACE_UNSPECIFIED;
 };
@@ -27,7 +27,7 @@ struct PickedPoint {
 [[nodiscard]] PickedPoint nearest_point(const DrawnSurface& surface, const Vector& position);
 
 /// Of points (n x 3), the ids of those in a box with sides along the axes, its faces included.
-[[nodiscard]] std::vector<std::uint32_t> points_in_box(const std::vector<float>& points,
+[[nodiscard]] std::vector<std::uint32_t> points_in_box(const std::vector<double>& points,
                                                        const Vector& low, const Vector& high);
 
 }  // namespace limber::client

@@ -133,7 +133,7 @@ v1::GetGeometryResponse BodySession::geometry_with_surface() {
   return client().call(wanted);
 }
 
-std::vector<float> BodySession::positions_in(std::uint32_t frame, v1::Encoding encoding) {
+std::vector<double> BodySession::positions_in(std::uint32_t frame, v1::Encoding encoding) {
   FrameOptions options;
   options.encoding = encoding;
   options.first = frame;
@@ -155,8 +155,11 @@ DrawnSurface BodySession::surface(std::optional<std::uint32_t> frame, v1::PointS
                                           v1::DATA_TYPE_INT32, 2, "triangles");
   drawn.vertices =
       frame ? positions_in(*frame, is_carried ? v1::ENCODING_SURFACE : v1::ENCODING_POSITIONS)
-            : numbers<float>(is_carried ? carried.vertices() : geometry.rest(),
-                             v1::DATA_TYPE_FLOAT32, 2, "vertices");
+            : real_numbers(is_carried ? carried.vertices() : geometry.rest(), 2, "vertices");
+  for (const std::int32_t vertex : drawn.triangles) {
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= drawn.vertices.size() / 3)
+      throw ClientError(v1::ERROR_CODE_MALFORMED, "", "a triangle has a corner that is no vertex");
+  }
   return drawn;
 }
 
@@ -170,7 +173,7 @@ std::vector<std::uint32_t> BodySession::nodes_in_box(const Vector& low, const Ve
                                                      std::optional<std::uint32_t> frame) {
   const v1::GetGeometryResponse geometry = geometry_message();
   const auto positions = frame ? positions_in(*frame, v1::ENCODING_POSITIONS)
-                               : numbers<float>(geometry.rest(), v1::DATA_TYPE_FLOAT32, 2, "rest");
+                               : real_numbers(geometry.rest(), 2, "rest");
   std::vector<char> is_used(positions.size() / 3, 0);
   for (const auto node : numbers<std::int32_t>(geometry.tets(), v1::DATA_TYPE_INT32, 2, "tets"))
     is_used.at(static_cast<std::size_t>(node)) = 1;

@@ -100,7 +100,7 @@ class BodySession : public OpenSession {
 
  private:
   [[nodiscard]] v1::GetGeometryResponse geometry_with_surface();
-  [[nodiscard]] std::vector<float> positions_in(std::uint32_t frame, v1::Encoding encoding);
+  [[nodiscard]] std::vector<double> positions_in(std::uint32_t frame, v1::Encoding encoding);
 
   std::optional<v1::GetGeometryResponse> geometry_;  // of the newest basis seen
 };

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "clients/cpp/array_numbers.h"
+#include "engine/base/checked_number.h"
 
 namespace limber::client {
 namespace {
@@ -15,10 +17,10 @@ ClientError malformed_shape(const std::string& message) {
   return {v1::ERROR_CODE_MALFORMED, "", message};
 }
 
-std::vector<Point> take_points(const float*& from, int count) {
+std::vector<Point> take_points(const double*& from, int count) {
   std::vector<Point> points(static_cast<std::size_t>(count));
   for (Point& point : points)
-    for (float& number : point) number = *from++;
+    for (double& number : point) number = *from++;
   return points;
 }
 
@@ -37,27 +39,44 @@ LinkageGeometry::LinkageGeometry(const v1::GetGeometryResponse& message) {
   const auto segments = static_cast<std::size_t>(given.edges_size());
   if (given.joints_of_segment().shape(1) != 2 || ends.size() != 2 * segments)
     throw malformed_shape("joints of segments are not two a segment");
-  for (const auto vertex : given.vertex_of_joint())
-    vertex_of_joint_.push_back(static_cast<int>(vertex));
+  for (const auto vertex : given.vertex_of_joint()) {
+    const auto number = to_whole<int>(vertex);
+    if (!number) throw malformed_shape("a joint is at no vertex");
+    vertex_of_joint_.push_back(*number);
+  }
   hash_ = message.basis_hash();
   coordinates_ = vertex_of_joint_.size();
   for (std::size_t s = 0; s < segments; ++s) {
-    const auto edges = given.edges(static_cast<int>(s));
-    if (edges < 1 || edges > given.coordinates()) throw malformed_shape("a segment has no edges");
-    edges_.push_back(static_cast<int>(edges));
-    coordinates_ += 6 * std::size_t{edges} + 3;
+    const auto edges = to_whole<int>(given.edges(static_cast<int>(s)));
+    if (!edges || *edges < 1) throw malformed_shape("a segment has no edges");
+    edges_.push_back(*edges);
+    coordinates_ += 6 * static_cast<std::size_t>(*edges) + 3;
     ends_.push_back({ends[2 * s], ends[2 * s + 1]});
     for (const int joint : ends_.back())
       if (joint < -1 || joint >= joints()) throw malformed_shape("a segment ends at no joint");
   }
   if (coordinates_ != given.coordinates())
     throw malformed_shape("a shape is not the sum of its parts");
+  mixed_angles_ = given.mixed_angles();
+  for (const v1::LinkageRod& rod : given.rods()) {
+    if (rod.segments_size() != rod.reversed_size()) throw malformed_shape("a rod is incomplete");
+    LinkageRod made;
+    for (const auto segment : rod.segments()) {
+      const auto number = to_whole<int>(segment);
+      if (!number || segment >= segments)
+        throw malformed_shape("a rod has a segment that is not there");
+      made.segments.push_back(*number);
+    }
+    made.reversed.assign(rod.reversed().begin(), rod.reversed().end());
+    made.closed = rod.closed();
+    rods_.push_back(std::move(made));
+  }
 }
 
 std::vector<LinkageShape> LinkageGeometry::shapes(const v1::Frames& frames) const {
   if (frames.encoding() != v1::ENCODING_COORDINATES)
     throw malformed_shape("shapes are made of coordinates, not of positions");
-  const auto rows = numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, 2, "coordinates");
+  const auto rows = real_numbers(frames.data(), 2, "coordinates");
   if (frames.data().shape(1) != coordinates_)
     throw malformed_shape("coordinates of another linkage");
   std::vector<LinkageShape> shapes;
@@ -66,10 +85,10 @@ std::vector<LinkageShape> LinkageGeometry::shapes(const v1::Frames& frames) cons
   return shapes;
 }
 
-LinkageShape LinkageGeometry::shape(const float* numbers) const {
+LinkageShape LinkageGeometry::shape(const double* numbers) const {
   LinkageShape shape;
   shape.joints.resize(vertex_of_joint_.size());
-  for (Point& joint : shape.joints) joint.fill(std::numeric_limits<float>::quiet_NaN());
+  for (Point& joint : shape.joints) joint.fill(std::numeric_limits<double>::quiet_NaN());
   for (std::size_t s = 0; s < edges_.size(); ++s) {
     shape.centrelines.push_back(take_points(numbers, edges_[s] + 1));
     shape.directors.push_back(take_points(numbers, edges_[s]));
@@ -82,7 +101,7 @@ LinkageShape LinkageGeometry::shape(const float* numbers) const {
     }
   }
   for (std::size_t j = 0; j < shape.joints.size(); ++j)
-    shape.angles.push_back(static_cast<double>(*numbers++) / kDegree);
+    shape.angles.push_back(*numbers++ / kDegree);
   return shape;
 }
 

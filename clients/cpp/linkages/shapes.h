@@ -9,7 +9,7 @@
 
 namespace limber::client {
 
-using Point = std::array<float, 3>;  // x y z [length unit]
+using Point = std::array<double, 3>;  // x y z [length unit]
 
 /// One shape of a rod linkage. The first and the last edge of a segment reach half their length
 /// beyond its joints.
@@ -18,6 +18,13 @@ struct LinkageShape {
   std::vector<std::vector<Point>> directors;    // of each segment, d1 of its edges, unit
   std::vector<double> angles;                   // opening angle of each joint [degree]
   std::vector<Point> joints;                    // NaN where a joint has no segment
+};
+
+/// Segments that go on in each other at joints.
+struct LinkageRod {
+  std::vector<int> segments;   // in order along the rod
+  std::vector<bool> reversed;  // of each: it runs from its finish to its start
+  bool closed = false;         // a ring: the last segment goes on in the first
 };
 
 /// What stays the same for all shapes of a linkage.
@@ -40,14 +47,20 @@ class LinkageGeometry {
   [[nodiscard]] const std::vector<std::array<int, 2>>& joints_of_segment() const { return ends_; }
   /// Of each joint, the vertex of the line mesh.
   [[nodiscard]] const std::vector<int>& vertex_of_joint() const { return vertex_of_joint_; }
+  /// Every segment is in one of them.
+  [[nodiscard]] const std::vector<LinkageRod>& rods() const { return rods_; }
+  /// What opens one joint closes the next: there is no mean opening angle to ask for.
+  [[nodiscard]] bool mixed_angles() const { return mixed_angles_; }
 
  private:
-  [[nodiscard]] LinkageShape shape(const float* numbers) const;
+  [[nodiscard]] LinkageShape shape(const double* numbers) const;
 
   std::string hash_;
   std::vector<int> edges_;
   std::vector<std::array<int, 2>> ends_;
   std::vector<int> vertex_of_joint_;
+  std::vector<LinkageRod> rods_;
+  bool mixed_angles_ = false;
   std::size_t coordinates_ = 0;  // numbers of one shape
 };
 

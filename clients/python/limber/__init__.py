@@ -18,7 +18,7 @@ from .beams.geometry import BeamGeometry
 from .beams.results import BeamResult
 from .beams.scenes import beam_scene
 from .beams.session import BeamSession
-from .beams.solutions import BeamSnap, BeamSolution, StrengthWarning
+from .beams.solutions import BeamNeutralDirection, BeamSnap, BeamSolution, StrengthWarning
 from .bodies.edits import Axes, add, dynamics, ends, move, optimise, remove, replace, reset_material
 from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
@@ -49,9 +49,9 @@ from .linkages.session import LinkageSession, Target
 from .linkages.shapes import LinkageGeometry, Shape
 from .linkages.solutions import LinkageSolution
 from .motion import MotionStream, MotionUpdate
-from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
+from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt, SnapWarning
 from .presence import RevisionMade, SessionClient
-from .results import DiscretisationError, MotionError, Result
+from .results import DiscretisationError, MotionError, OutOfReach, Result, StartComparison
 from .saving import Saved
 from .scenes import load_scene
 from .server import DEFAULT_ENDPOINT, Server, connect
@@ -60,13 +60,13 @@ from .stream import FrameStream, StreamedFrames
 __version__ = version.PACKAGE
 
 __all__ = [
-    "AccuracyWarning", "AllowedKey", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
+    "AccuracyWarning", "AllowedKey", "Axes", "BeamGeometry", "BeamNeutralDirection", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
     "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "DiscretisationError", "Embedding", "Erection", "Export",
     "FrameStream", "Geometry", "Hole", "Keyframe", "Lath", "Laths", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult",
     "LinkageSession", "LinkageSolution", "LinkageStep", "Material", "MaterialWarning", "Modal", "ModalMotion", "Mode", "MotionError", "MotionStream",
-    "MotionUpdate", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
-    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "StartingGrid",
-    "StreamedFrames", "StrengthWarning", "SurfacePoint", "Target", "add",
+    "MotionUpdate", "OpenSession", "OtherOptimum", "OutOfReach", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
+    "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "SnapWarning",
+    "StartComparison", "StartingGrid", "StreamedFrames", "StrengthWarning", "SurfacePoint", "Target", "add",
     "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",

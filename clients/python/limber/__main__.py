@@ -48,8 +48,8 @@ def _add_laths(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--dxf", metavar="FILE", help="sheets side by side (needs python3-ezdxf)")
     parser.add_argument("--svg", metavar="FILE", help="a drawing for each sheet")
     parser.add_argument("--unit", choices=sorted(UNITS), default="mm", help="of all lengths, given and written (mm)")
-    parser.add_argument("--overhang", type=float, default=0.0, help="of laths beyond their outer joints (0)")
-    parser.add_argument("--hole", type=float, help="diameter (a fifth of the lath's width)")
+    parser.add_argument("--overhang", type=float, help="of laths beyond the middles of their outer holes (1.5 diameters)")
+    parser.add_argument("--hole", type=float, help="diameter (a fifth of the narrowest lath's width)")
     parser.add_argument("--sheet", type=float, nargs=2, metavar=("LENGTH", "HEIGHT"), help="as large as it takes by default")
     parser.add_argument("--margin", type=float, default=0.0, help="free at the rim of sheets (0)")
     parser.add_argument("--gap", type=float, default=0.0, help="between what is cut (0)")
@@ -61,14 +61,14 @@ def _laths(server: "object", given: argparse.Namespace) -> None:
     session = server.session(given.session)  # type: ignore[attr-defined]
     if not hasattr(session, "laths"):
         raise LimberError("INVALID_ARGUMENT", f"session {given.session} is of an elastic body, which has no laths", "session")
-    made = session.laths(given.unit, given.overhang)
+    made = session.laths(given.unit, given.overhang, hole=given.hole)
     layout = {"sheet": given.sheet, "margin": given.margin, "gap": given.gap, "kerf": given.kerf}
     if given.csv:
         print(made.save_csv(given.csv))
     if given.dxf:
-        print(made.save_dxf(given.dxf, hole=given.hole, **layout))
+        print(made.save_dxf(given.dxf, **layout))
     if given.svg:
-        print(*made.save_svg(given.svg, hole=given.hole, **layout), sep="\n")
+        print(*made.save_svg(given.svg, **layout), sep="\n")
     if not (given.csv or given.dxf or given.svg):
         print(made.csv(), end="")
 

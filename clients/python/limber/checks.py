@@ -8,7 +8,7 @@ import operator
 import os
 import re
 from pathlib import Path
-from typing import Any, Iterable, Mapping
+from typing import Any, Iterable
 
 import numpy as np
 
@@ -97,22 +97,11 @@ def one_of(value: Any, names: Iterable[str], field: str) -> str:
     return value
 
 
-def plain(value: Any) -> Any:
-    """The JSON form of something with numpy's arrays and numbers in it: what json_format understands."""
-    if isinstance(value, Mapping):
-        return {key: plain(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple, range)):
-        return [plain(inner) for inner in value]
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    return value
-
-
 def json_fault(error: Exception) -> tuple[str, str]:
     """Where and why json_format refused something: "Failed to parse a field: Failed to parse b field: why" is
     (".a.b", "why")."""
     why, path = str(error), ""
-    while found := re.match(r"Failed to parse (\w+) field: ", why):
+    while found := re.match(r"Failed to parse (\w+(?:\[\d+\])?) field: ", why):
         path, why = f"{path}.{found[1]}", why[found.end():]
     if found := re.match(r"Couldn't parse (NaN|Infinity)\b.*? at \w+((?:\.\w+(?:\[\d+\])?)+)\.*$", why, re.DOTALL):
         path, why = found[2], f"a finite number is expected, not {found[1]}"

@@ -27,7 +27,7 @@ import zmq.utils.monitor
 from google.protobuf.message import DecodeError
 
 from . import checks, reply_parts
-from .errors import LimberError, ServerRestarted, ServerUnreachable, from_message
+from .errors import LimberError, ServerRestarted, ServerUnreachable, from_message, of_file
 from .messages import common, service
 from .presence import client_name
 from .version import PACKAGE, PROTOCOL
@@ -110,8 +110,10 @@ def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise LimberError("IO", f"cannot read {path}: it is no regular file", name)
             key = file.read(4096).strip()
+    except LimberError:
+        raise
     except OSError as error:
-        raise LimberError("IO", f"cannot read {path}: {error.strerror}", name) from error
+        raise of_file(error, f"cannot read {path}", name) from error
     if len(key) != 40 or len(key.split()) != 1:
         raise LimberError("INVALID_ARGUMENT", f"{path} does not hold a CURVE key (40 characters of Z85)", name)
     return key
@@ -226,7 +228,7 @@ class Connection:
             self._abandon(identifier, reopen=self._last_heard < sent or asked.refusal is not None)
             if asked.refusal is not None:
                 raise from_message(asked.refusal.error) from None
-            if isinstance(error, ServerUnreachable):
+            if isinstance(error, LimberError):  # a TimeoutError, too
                 raise
             raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
         except BaseException:
@@ -252,6 +254,8 @@ class Connection:
         if asked.again is not None:
             try:
                 return self._attentive(asked, begin + timeout / 2, asks)
+            except LimberError:
+                raise
             except futures.TimeoutError:
                 if self._last_heard < begin or asked.refusal is not None:
                     self._send(asked.again)
@@ -268,6 +272,8 @@ class Connection:
                 break
             try:
                 return future.result(SILENCE)
+            except LimberError:
+                raise
             except futures.TimeoutError:
                 if time.monotonic() - self._last_heard >= SILENCE and asked.refusal is None:
                     self.ask_whether_there()

@@ -6,7 +6,7 @@ from typing import Any, Iterable, Mapping, Sequence, Union
 
 from google.protobuf import json_format
 
-from . import checks
+from . import checks, json_values
 from .errors import invalid
 from .messages import common, scene, service
 
@@ -59,7 +59,7 @@ def to_message(edit: EditLike, field: str = "edit") -> "service.Edit":
         return edit
     if isinstance(edit, Mapping):
         try:
-            return json_format.ParseDict(checks.plain(edit), service.Edit())
+            return json_values.parse(edit, service.Edit())
         except (json_format.ParseError, TypeError, AttributeError) as error:
             # Protobuf does not name every field of the path: the message says what is known.
             raise invalid(field, f"no edit: {checks.json_fault(error)[1]}") from error

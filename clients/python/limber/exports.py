@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Callable, Iterator, Sequence
 
-from .errors import LimberError
+from .errors import LimberError, of_file
 from .messages import service
 from .results import Result
 
@@ -83,5 +83,5 @@ def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
         with open(path, "ab" if file.append else "wb") as out:
             out.write(file.content)
     except OSError as error:
-        raise LimberError("IO", f"cannot write {path}: {error.strerror}", "folder") from error
+        raise of_file(error, f"cannot write {path}", "folder") from error
     return path

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Iterable
 
 from . import checks
-from .errors import LimberError
+from .errors import LimberError, of_file
 from .messages import scene as messages
 
 # What else is read with a mesh file, by its ending.
@@ -69,8 +69,10 @@ def read(path: Path, field: str) -> bytes:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise LimberError("IO", f"cannot read {path}: it is no regular file", field)
             return file.read()
+    except LimberError:
+        raise
     except OSError as error:
-        raise LimberError("IO", f"cannot read {path}: {error.strerror}", field) from error
+        raise of_file(error, f"cannot read {path}", field) from error
 
 
 def has_only_lines(path: Path, field: str) -> bool:

@@ -33,9 +33,11 @@ def _material(material: Material) -> "dict[str, Any]":
 
 
 def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str,
-        texcoords: "np.ndarray | None" = None, materials: "Sequence[Material]" = ()) -> bytes:
+        texcoords: "np.ndarray | None" = None, materials: "Sequence[Material]" = (),
+        origin: "np.ndarray | None" = None) -> bytes:
     """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y.
-    texcoords: vertices x 2, from the upper left corner; materials: of all triangles, each of which is in one."""
+    texcoords: vertices x 2, from the upper left corner; materials: of all triangles, each of which is in one. origin: that
+    vertices are relative to [length unit]; the node is there."""
     materials = materials or [Material("", COLOUR, np.arange(len(surface.faces)))]
     chunks, views, accessors = bytearray(), [], []
 
@@ -60,10 +62,14 @@ def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: 
         np.ascontiguousarray(surface.faces[material.triangles].ravel(), dtype="<u4"), "SCALAR", UINT, INDICES, False)}
         for number, material in enumerate(materials)]
     mesh = {"name": surface.name or "surface", "primitives": primitives}
+    placed: "dict[str, Any]" = {}
+    if origin is not None and np.any(origin):
+        x, y, z = (float(part) * surface.metres for part in origin)
+        placed["translation"] = [x, y, z] if up == "y" else [x, z, -y]
     document = {
         "asset": {"version": "2.0", "generator": "limber"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "nodes": [{"name": surface.name or "motion", "mesh": 0, "rotation": [float(part) for part in TURNS[up]],
-                   "scale": [surface.metres] * 3}],
+                   "scale": [surface.metres] * 3, **placed}],
         "materials": [_material(material) for material in materials],
         "meshes": [mesh]}
     if len(targets):

@@ -6,7 +6,6 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Sequence
 
-from . import checks
 from .errors import LimberError, invalid
 
 if TYPE_CHECKING:
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
 
 INSUNITS = {"in": 1, "mm": 4, "cm": 5, "m": 6}
 LAYERS = {"SHEETS": 8, "OUTLINES": 1, "HOLES": 5, "MARKS": 3}  # and their colours
-HOLE = 0.2  # diameter where none is given, as a share of the width
 
 
 def outline(lath: "Lath", kerf: float = 0.0) -> "list[tuple[float, float]]":
@@ -32,17 +30,14 @@ def outline(lath: "Lath", kerf: float = 0.0) -> "list[tuple[float, float]]":
     return upper + [(x, -y) for x, y in reversed(upper)]
 
 
-def radius(lath: "Lath", hole: float | None, kerf: float) -> float:
-    """Of its holes, half a kerf inside."""
-    if hole is not None and not 0 < checks.real(hole, "hole") < min(lath.widths):
-        raise invalid("hole", f"holes of {hole:g} do not fit lath {lath.number}, which is {min(lath.widths):.6g} wide")
-    size = HOLE * min(lath.widths) if hole is None else hole
-    if size <= kerf:
-        raise invalid("kerf", f"a kerf of {kerf:g} leaves nothing of holes of {size:.6g}")
-    return (size - kerf) / 2
+def radius(hole: float, kerf: float) -> float:
+    """Of holes of a diameter, half a kerf inside."""
+    if hole <= kerf:
+        raise invalid("kerf", f"a kerf of {kerf:g} leaves nothing of holes of {hole:.6g}")
+    return (hole - kerf) / 2
 
 
-def dxf(path: Path, sheets: "Sequence[Sheet]", unit: str, hole: float | None) -> None:
+def dxf(path: Path, sheets: "Sequence[Sheet]", unit: str, hole: float) -> None:
     try:
         import ezdxf
     except ImportError as error:
@@ -61,7 +56,7 @@ def dxf(path: Path, sheets: "Sequence[Sheet]", unit: str, hole: float | None) ->
             space.add_lwpolyline([(x + u, y + v) for u, v in outline(lath, sheet.kerf)], close=True,
                                  dxfattribs={"layer": "OUTLINES"})
             for at in lath.holes:
-                space.add_circle((x + at.at, y), radius(lath, hole, sheet.kerf), dxfattribs={"layer": "HOLES"})
+                space.add_circle((x + at.at, y), radius(hole, sheet.kerf), dxfattribs={"layer": "HOLES"})
             for u, v, size, text in marks(lath):
                 mark = space.add_text(text, dxfattribs={"layer": "MARKS", "height": size})
                 mark.dxf.insert = (x + u, y + v)
@@ -80,7 +75,7 @@ def marks(lath: "Lath") -> "list[tuple[float, float, float, str]]":
     return [*text, (first + 0.8 * size, -1.6 * size, size, f"L{lath.number}")]
 
 
-def svg(sheet: "Sheet", unit: str, hole: float | None, title: str) -> str:
+def svg(sheet: "Sheet", unit: str, hole: float, title: str) -> str:
     """At its true size; y counts downwards there."""
     width, height = sheet.length, sheet.height
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.6g}{unit}" height="{height:.6g}{unit}" '
@@ -96,7 +91,7 @@ def svg(sheet: "Sheet", unit: str, hole: float | None, title: str) -> str:
         parts.append(f'<polygon points="{corners}" stroke="#c00" stroke-width="{line:.4g}"/>')
         for at in lath.holes:
             parts.append(f'<circle cx="{placed.x + at.at:.6g}" cy="{height - placed.y:.6g}" '
-                         f'r="{radius(lath, hole, sheet.kerf):.6g}" stroke="#00c" stroke-width="{line:.4g}"/>')
+                         f'r="{radius(hole, sheet.kerf):.6g}" stroke="#00c" stroke-width="{line:.4g}"/>')
         for u, v, size, text in marks(lath):
             parts.append(f'<text x="{placed.x + u:.6g}" y="{height - placed.y - v:.6g}" font-size="{size:.4g}" '
                          f'fill="#060">{escape(text)}</text>')

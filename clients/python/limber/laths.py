@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Sequence
 
 from . import checks, lath_drawings, sheets
-from .errors import LimberError
+from .errors import invalid, of_file
 from .sheets import Sheet
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # in metres
+HOLE = 0.2           # diameter of holes where none is given, as a share of the narrowest lath's width
+LARGEST_HOLE = 0.5   # the same of the largest that a lath may have
+EDGE_DISTANCE = 1.5  # from the middle of a lath's outer hole to its end, in diameters
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Lath:
 
     number: int
     parts: tuple[int, ...]      # segments, or elements, that it is made of, in order
-    length: float               # from end to end, overhangs included
+    length: float               # from end to end, with what reaches beyond its outer holes
     cuts: tuple[float, ...]     # from the first end: where each part begins, and the last one ends
     widths: tuple[float, ...]   # of each part, across the holes
     heights: tuple[float, ...]  # of each part, along the holes
@@ -71,6 +74,8 @@ class Laths:
     section: str                # of the scene, with its dimensions
     laths: tuple[Lath, ...]
     youngs_modulus: float       # [Pa]
+    hole: float                 # diameter of all holes
+    edge_distance: float        # that every outer hole has at least from its end, in diameters
     revision: int               # of the session
     converged: bool             # false: what is bent is of no equilibrium; lengths and holes are right
 
@@ -119,23 +124,76 @@ class Laths:
         """Sheets side by side in one drawing in this unit ($INSUNITS), of layers SHEETS, OUTLINES, HOLES and MARKS. Needs
         python3-ezdxf.
 
-        hole: diameter, a fifth of the lath's width by default; layout: arguments of sheets().
+        hole: another diameter than that of these laths, which they must have room for; layout: arguments of sheets().
         """
-        target = checks.path(path, "path")
+        target, diameter = checks.path(path, "path"), self._diameter(hole)
         try:
-            lath_drawings.dxf(target, self.sheets(**layout), self.unit, hole)  # type: ignore[arg-type]
+            lath_drawings.dxf(target, self.sheets(**layout), self.unit, diameter)  # type: ignore[arg-type]
         except OSError as error:
-            raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+            raise of_file(error, f"{target} cannot be written", "path") from error
         return target
 
     def save_svg(self, path: "str | os.PathLike[str]", *, hole: float | None = None, **layout: object) -> tuple[Path, ...]:
         """A drawing for each sheet at its true size: PATH for the first, then PATH with _2, _3 ... in its name. Arguments
         as of save_dxf()."""
-        target = checks.path(path, "path")
+        target, diameter = checks.path(path, "path"), self._diameter(hole)
         laid = self.sheets(**layout)  # type: ignore[arg-type]
         names = [target if i == 0 else target.with_name(f"{target.stem}_{i + 1}{target.suffix}") for i in range(len(laid))]
-        return tuple(_written(name, lath_drawings.svg(sheet, self.unit, hole, f"{self.name} {i + 1}/{len(laid)}"))
+        return tuple(_written(name, lath_drawings.svg(sheet, self.unit, diameter, f"{self.name} {i + 1}/{len(laid)}"))
                      for i, (name, sheet) in enumerate(zip(names, laid)))
+
+
+    def _diameter(self, hole: float | None) -> float:
+        """Of holes to be drawn: each lies within its lath, as far from the ends as laths() was asked for."""
+        diameter = self.hole if hole is None else diameter_of(self.laths, hole)
+        for lath in self.laths:
+            for drilled in lath.holes:
+                left, text = min(drilled.at, lath.length - drilled.at), f"a hole of {diameter:.6g} {self.unit} at joint {drilled.joint}"
+                if left <= diameter / 2:
+                    raise invalid("hole", f"{text} cuts the end of lath {lath.number}: take a larger overhang, or give laths() the "
+                                          "diameter of its holes")
+                if left < self.edge_distance * diameter * (1 - 1e-9):
+                    raise invalid("hole", f"{text} is {left:.6g} {self.unit} from the end of lath {lath.number}, less than "
+                                          f"{self.edge_distance:.6g} diameters: take a larger overhang, or give laths() the "
+                                          "diameter of its holes or a smaller edge_distance")
+        return diameter
+
+
+def diameter_of(laths: "Sequence[Lath]", hole: float | None) -> float:
+    """Of all holes, in the unit of the laths."""
+    narrowest = min(laths, key=lambda lath: min(lath.widths))
+    width = min(narrowest.widths)
+    if hole is None:
+        return HOLE * width
+    if not 0 < checks.real(hole, "hole") <= LARGEST_HOLE * width:
+        raise invalid("hole", f"holes of {hole:g} do not fit lath {narrowest.number}, which is {width:.6g} wide: at most half "
+                              "of that leaves enough beside them")
+    return hole
+
+
+def drilled(laths: "Sequence[Lath]", overhang: float | None, hole: float | None,
+            edge_distance: float) -> "tuple[tuple[Lath, ...], float, float]":
+    """Laths made longer where they end too near their outer holes, the diameter of all holes, and how many diameters their middles
+    are from the ends at least, of those asked for.
+
+    overhang: from the middle of an outer hole to the end, at least; None: edge_distance diameters.
+    """
+    if overhang is not None and not 0 <= checks.real(overhang, "overhang") < float("inf"):
+        raise invalid("overhang", f"overhang must be >= 0, is {overhang}")
+    if not 0 <= checks.real(edge_distance, "edge_distance") < float("inf"):
+        raise invalid("edge_distance", f"edge_distance must be >= 0, is {edge_distance}")
+    diameter = diameter_of(laths, hole)
+    beyond = edge_distance * diameter if overhang is None else overhang
+    return tuple(_longer(lath, beyond) for lath in laths), diameter, min(edge_distance, beyond / diameter)
+
+
+def _longer(lath: Lath, beyond: float) -> Lath:
+    if not lath.holes:
+        return lath
+    drawn = lath.holes[0].at, lath.length - lath.holes[-1].at
+    before, after = (max(0.0, beyond - tail) for tail in drawn)
+    cuts = (0.0, *(cut + before for cut in lath.cuts[1:-1]), lath.length + before + after)
+    return replace(lath, length=cuts[-1], cuts=cuts, holes=tuple(replace(hole, at=hole.at + before) for hole in lath.holes))
 
 
 def walk(part: int, entered: int, follows: "dict[tuple[int, int], tuple[int, int]]") -> "list[tuple[int, int]]":
@@ -182,5 +240,5 @@ def _written(target: Path, text: str) -> Path:
     try:
         target.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+        raise of_file(error, f"{target} cannot be written", "path") from error
     return target

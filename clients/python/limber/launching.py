@@ -15,7 +15,7 @@ from typing import Sequence
 
 from . import browsing, checks
 from .connection import Connection
-from .errors import LimberError, invalid
+from .errors import LimberError, invalid, not_there
 from .server import Server
 
 
@@ -27,7 +27,7 @@ def find_binary(name: str = "limberd") -> Path:
         path = path / name if path.is_dir() else path.with_name(name)
         if path.is_file():
             return path
-        raise LimberError("NOT_FOUND", f"LIMBER_BIN is {given}, but there is no {path}", "LIMBER_BIN")
+        raise not_there(f"LIMBER_BIN is {given}, but there is no {path}", "LIMBER_BIN")
     on_path = shutil.which(name)
     if on_path:
         return Path(on_path)
@@ -35,7 +35,7 @@ def find_binary(name: str = "limberd") -> Path:
         built = folder / "build" / "release" / "bin" / name
         if built.is_file():
             return built
-    raise LimberError("NOT_FOUND", f"no {name} in $LIMBER_BIN, on PATH or in build/release/bin; run scripts/build")
+    raise not_there(f"no {name} in $LIMBER_BIN, on PATH or in build/release/bin; run scripts/build", "")
 
 
 class Guard:
@@ -155,8 +155,8 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "
         if guard:
             guard.dismiss()
         shutil.rmtree(folder, ignore_errors=True)
-        if isinstance(error, OSError):
-            raise LimberError("NOT_FOUND", f"cannot run {binary}: {error}") from error
+        if isinstance(error, OSError) and not isinstance(error, LimberError):
+            raise not_there(f"cannot run {binary}: {error}", "") from error
         raise
 
 

@@ -53,7 +53,7 @@ class MotionStream(SessionStream):
 
     @property
     def coordinates(self) -> np.ndarray:
-        """frames x h float32, read-only: what is known of the motion now. It changes with the next update."""
+        """frames x h float32 (float64 of rods and beams far from the origin), read-only: what is known of the motion now. It changes with the next update."""
         if self._motion is None:
             raise LimberError("FAILED_PRECONDITION", "there is no motion before the first update")
         view = self._motion.view()
@@ -61,7 +61,7 @@ class MotionStream(SessionStream):
         return view
 
     def positions(self, first: int = 0, count: int = 0) -> np.ndarray:
-        """frames x nodes x 3 float32 [length unit], of `count` frames (0: to the last)."""
+        """frames x nodes x 3 [length unit], float32 or, far from the origin, float64, of `count` frames (0: to the last)."""
         wanted = service.Frames(encoding=service.ENCODING_COORDINATES, basis_hash=self._hash)
         frames = self.coordinates
         return self._session.geometry_for(wanted).positions(frames[first:first + count if count else len(frames)])
@@ -105,7 +105,7 @@ class MotionStream(SessionStream):
 
     def _begin(self, frames: "service.Frames") -> None:
         data = arrays.to_numpy(frames.data, "frames")
-        self._motion = np.zeros((frames.changes.motion_frames, *data.shape[1:]), np.float32)
+        self._motion = np.zeros((frames.changes.motion_frames, *data.shape[1:]), data.dtype)
         self._hash = frames.basis_hash
         self._sequence = 0
 

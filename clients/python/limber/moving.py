@@ -16,7 +16,7 @@ class MovingSurface:
 
     name: str
     faces: np.ndarray          # triangles x 3, vertices from 0
-    positions: np.ndarray      # frames x vertices x 3, float32 [length unit]
+    positions: np.ndarray      # frames x vertices x 3, float32, or float64 far from the origin [length unit]
     frames_per_second: float
     metres: float              # one length unit
 

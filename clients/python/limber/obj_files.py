@@ -74,6 +74,25 @@ def _corner(word: str, vertices: int, texcoords: int) -> "tuple[int, int]":
             -1 if texture == 0 else texture - 1 if texture > 0 else texcoords + texture)
 
 
+def origin_line(origin: np.ndarray) -> str:
+    """A comment: vertices are relative to this point."""
+    return "# relative to {:.17g} {:.17g} {:.17g}".format(*origin.tolist())
+
+
+def moved(content: bytes, origin: np.ndarray) -> bytes:
+    """The file with vertices relative to a point; as it is where that is zero."""
+    if not origin.any():
+        return content
+    lines = [origin_line(origin)]
+    for line in content.decode("utf-8", "replace").splitlines():
+        words = line.split()
+        if words[:1] == ["v"] and len(words) >= 4:
+            at = np.array([float(word) for word in words[1:4]]) - origin
+            line = " ".join(["v", *(f"{part:.9g}" for part in at.tolist()), *words[4:]])
+        lines.append(line)
+    return ("\n".join(lines) + "\n").encode("utf-8")
+
+
 def colours(surface: ObjSurface) -> "dict[str, tuple[float, float, float, float]]":
     """Of materials, as their libraries have them: diffuse colour and opacity. Textures are left out."""
     found: "dict[str, tuple[float, float, float, float]]" = {}

@@ -38,6 +38,10 @@ class AccuracyWarning(UserWarning):
     """A body's model misses the tolerance that its scene asks for: every motion is off by about as much."""
 
 
+class SnapWarning(UserWarning):
+    """On its way to the equilibrium a linkage or structure jumped to another shape: along another way it may rest elsewhere."""
+
+
 class MaterialWarning(UserWarning):
     """A scene's material has no effect: the mesh file brings its own."""
 
@@ -69,6 +73,7 @@ class OpenSession:
         self.revision = 0                 # newest this client made or saw
         self._client = 0                  # number of this client in the session's list; 0: not known
         self._is_accuracy_reported = False  # of the model, by a warning where it misses its tolerance
+        self._snaps_told: "tuple[Any, ...]" = ()  # of the newest result that was warned of: its revision, its snaps
 
     @property
     def connection(self):
@@ -129,6 +134,13 @@ class OpenSession:
             warnings.warn(f"the model of session {self.id} misses its tolerance: {status.model.message}",
                           AccuracyWarning, stacklevel=stacklevel + 1)
 
+    def warn_of_snaps(self, result: Any, snaps: "Sequence[str]", stacklevel: int) -> None:
+        """Once, of a result on the way to which there were snaps. stacklevel: as of warnings.warn, of whoever calls this."""
+        told = (result.revision, *snaps)
+        if snaps and told != self._snaps_told:
+            self._snaps_told = told
+            warn_of_snaps(f"session {self.id}, revision {result.revision}", snaps, stacklevel + 1)
+
     # ---- edits ----
 
     def edit(self, changes: Iterable[Any], expected_revision: int | None = None) -> Receipt:
@@ -164,14 +176,33 @@ class OpenSession:
 
         until: "first" for the first such result, "final" for its final one (result.status says whether it converged),
         "checked" for that with what is found out a moment later: of a body result.motion_error, of a linkage or beams
-        result.discretisation_error. Raises LimberError TIMEOUT, and ServerUnreachable within 8 s of when the server falls silent.
+        result.discretisation_error. Raises LimberError TIMEOUT (a TimeoutError), which names the session, the revision and what the
+        session does, and ServerUnreachable within 8 s of when the server falls silent.
         """
         checks.one_of(until, _UNTIL, "until")
         checks.duration(timeout, "timeout")
         wanted = self.revision if revision is None else checks.whole(revision, "revision", most=2 ** 64 - 1)
         request = service.WaitRequest(session=self.reference, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
-        response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
+        try:
+            response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
+        except LimberError as error:
+            if error.code != "TIMEOUT" or isinstance(error, ServerUnreachable):
+                raise
+            wish = {"first": "result", "final": "final result", "checked": "checked result"}[until]
+            raise self.late(f"no {wish} of revision {wanted} within {timeout:g} s", error.field) from None
         return self.result_of(response.result)
+
+    def late(self, what: str, field: str = "") -> LimberError:
+        """The error of a wait that ran out of time: which session, and what it does. Asks the list, which wakes no
+        parked session."""
+        try:
+            listed = self.connection.call("list_sessions", service.ListSessionsRequest(),
+                                          timeout=min(2.0, self.connection.timeout)).sessions
+        except LimberError as error:
+            return LimberError("TIMEOUT", f"session {self.id}: {what}; what it does is unknown: {error.message}", field)
+        status = next((s for s in listed if s.session == self.id), None)
+        doing = _doing(status) if status else "the server has no such session"
+        return LimberError("TIMEOUT", f"session {self.id}: {what}; {doing}", field)
 
     def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
                    final: bool = False) -> "service.Frames":
@@ -194,7 +225,7 @@ class OpenSession:
         return frame_parts.fetch(self._call_for_frames, self._frames_request(first, count, encoding, final))
 
     def frames(self, first: int = 0, count: int = 0, encoding: str | None = None, final: bool = False) -> np.ndarray:
-        """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
+        """Positions, frames x nodes x 3 [length unit], float32 or, far from the origin, float64, of the newest result.
 
         count 0: to the last frame; final: of the newest final result. encoding: None has coordinates, the smallest, sent
         and makes positions of them; "positions" and "quantised" (16 bit) have positions sent. "coordinates" returns the
@@ -360,6 +391,8 @@ class OpenSession:
             try:
                 self.server.wait_job(self.job, progress, timeout)
             except LimberError as error:
+                if error.code == "TIMEOUT" and not isinstance(error, ServerUnreachable):
+                    raise self.late(f"it is not built within {timeout:g} s") from None
                 if not _ended_with_its_run(error):
                     raise
                 self._wait_for_next_run(error, deadline)
@@ -400,6 +433,26 @@ def _ended_with_its_run(error: LimberError) -> bool:
     if error.code == "SHUTTING_DOWN":
         return error.details.get("send_again") == "true"
     return error.code == "RESTARTED" or error.code == "NOT_FOUND" and error.field == "job"
+
+
+def _doing(status: "service.SessionStatus") -> str:
+    """Of a session that something is waited for: its revision, state and newest result."""
+    state = service.SessionState.Name(status.state).removeprefix("SESSION_STATE_").lower() \
+        if status.state in service.SessionState.values() else str(status.state)
+    newest = "it has no result yet"
+    if status.HasField("result"):
+        kind = "final" if status.result.converged else "not final"
+        newest = f"its newest result is of revision {status.result.revision}, {kind}"
+    doing = f" ({status.message})" if status.message else ""
+    return f"it is at revision {status.revision}, {state}{doing}; {newest}"
+
+
+def warn_of_snaps(where: str, snaps: "Sequence[str]", stacklevel: int) -> None:
+    """stacklevel: as of warnings.warn, of whoever calls this."""
+    most = 3
+    more = f"; {len(snaps) - most} more" if len(snaps) > most else ""
+    warnings.warn(f"{where}: the structure snapped to another shape {'; '.join(snaps[:most])}{more}", SnapWarning,
+                  stacklevel=stacklevel + 1)
 
 
 def job_error(status: "service.JobStatus") -> "common.Error":

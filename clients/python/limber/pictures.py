@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Sequence
 import numpy as np
 
 from . import checks
-from .errors import LimberError, invalid
+from .errors import LimberError, invalid, of_file
 
 if TYPE_CHECKING:
     from .open_session import OpenSession
@@ -63,7 +63,7 @@ def draw(session: "OpenSession", path: "str | os.PathLike[str]", *, colour: str,
     try:
         figure.savefig(target)
     except OSError as error:
-        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+        raise of_file(error, f"{target} cannot be written", "path") from error
     return target
 
 

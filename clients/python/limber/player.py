@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import checks, obj_files
-from .errors import LimberError, invalid
+from .errors import LimberError, invalid, not_there, of_file
 from .messages import service
 from .saving import Saved
 
@@ -27,7 +27,8 @@ PLACE = '"/*motion*/"'
 
 @dataclass(frozen=True)
 class Played:
-    """A motion as the player takes it: made by each kind."""
+    """A motion as the player takes it: made by each kind. Its numbers are of single precision, so that a motion far from the
+    origin is relative to its middle."""
 
     kind: str                # by which the player draws: "bodies", "linkages", "beams"
     title: str
@@ -50,7 +51,7 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
     try:
         target.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+        raise of_file(error, f"{target} cannot be written", "path") from error
     return Saved((target,), *saved)
 
 
@@ -91,8 +92,8 @@ def _template() -> str:
     try:
         return TEMPLATE.read_text(encoding="utf-8")
     except OSError as error:
-        raise LimberError("NOT_FOUND", f"this limber was built without the player of motions ({TEMPLATE}); "
-                                       "scripts/build-web makes it") from error
+        raise not_there(f"this limber was built without the player of motions ({TEMPLATE}); scripts/build-web makes it",
+                        "") from error
 
 
 def _text(content: bytes) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Iterator
 
-from .errors import LimberError
+from .errors import LimberError, of_file
 
 MAGIC = b"limbrec\0"
 VERSION = 1
@@ -41,7 +41,7 @@ class Writer:
         try:
             self._file: BinaryIO = open(path, "xb")  # one that is there stays
         except OSError as error:
-            raise LimberError("IO", f"cannot write {path}: {error.strerror}", "path") from error
+            raise of_file(error, f"cannot write {path}", "path") from error
         self._file.write(MAGIC + struct.pack("<I", VERSION))
         header = json.dumps({"protocol": 1, **about}, sort_keys=True).encode()
         self._put(struct.pack("<I", len(header)) + header)
@@ -78,7 +78,7 @@ class Reader:
         try:
             self._file: BinaryIO = open(path, "rb")
         except OSError as error:
-            raise LimberError("IO", f"cannot read {path}: {error.strerror}", "path") from error
+            raise of_file(error, f"cannot read {path}", "path") from error
         self._unpacker = zlib.decompressobj()
         self._buffer = b""
         self.is_cut = False
@@ -90,12 +90,12 @@ class Reader:
                 raise LimberError("UNSUPPORTED", f"{path} is of form {version}; this client reads form {VERSION}", "path")
             (size,) = struct.unpack("<I", self._exactly(4))
             self.header: "dict[str, Any]" = json.loads(self._exactly(min(size, _MOST_BYTES)))
-        except (EOFError, ValueError):
-            self._file.close()
-            raise self._fault("its header cannot be read") from None
         except LimberError:
             self._file.close()
             raise
+        except (EOFError, ValueError):
+            self._file.close()
+            raise self._fault("its header cannot be read") from None
 
     def __iter__(self) -> Iterator[Message]:
         with self._file:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Iterator, Sequence
 import numpy as np
 
 from . import checks, player
-from .errors import LimberError, invalid
+from .errors import LimberError, invalid, not_there, of_file
 from .headless import Browser
 from .progress import ProgressOption, Reporter
 
@@ -92,13 +92,13 @@ def _write(target: Path, content: bytes) -> None:
     try:
         target.write_bytes(content)
     except OSError as error:
-        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+        raise of_file(error, f"{target} cannot be written", "path") from error
 
 
 def _ffmpeg() -> str:
     found = shutil.which("ffmpeg")
     if not found:
-        raise LimberError("NOT_FOUND", "films need the program ffmpeg (Debian: ffmpeg); pictures (.png) do not", "path")
+        raise not_there("films need the program ffmpeg (Debian: ffmpeg); pictures (.png) do not", "path")
     return found
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import arrays
+from . import arrays, precision
 from .errors import LimberError, code_name
 from .messages import service
 
@@ -54,11 +54,24 @@ class DiscretisationError:
     worst_node: int           # which one that is
     energy_error: float       # of the elastic energy, relative
     elements: int             # of the shown shape
-    compared_elements: int    # of the finest one it was compared with; 0: there is no estimate, message says why
-    tolerance: float          # for position_error: the scene's; 0: none was asked for
+    # Of the finest one it was compared with; 0: there is no estimate of the whole, message says why. Beside cables that sag the
+    # errors are those of the beams.
+    compared_elements: int
+    tolerance: float          # for these errors: the scene's; 0: none was requested
     within_tolerance: bool
     check_ms: float           # that it took, on the server
     message: str = ""         # why there is no estimate, or what makes it uncertain
+    # Of structures of beams, None where not estimated; within_tolerance: they are within the tolerance, or within 1 % where
+    # it is less
+    moment_error: float | None = None       # largest error of a bending moment, over the structure's largest
+    max_moment_error: float = 0.0           # the same [N m]
+    worst_moment_element: int | None = None
+    utilisation_error: float | None = None  # largest error of an element's utilisation, over the structure's largest
+    worst_utilisation_element: int | None = None
+    # Of linkages: of the largest stress of a segment, over the largest of the linkage; in Pa; and the segment. None: not estimated.
+    stress_error: "float | None" = None
+    max_stress_error: float = 0.0
+    worst_stress_segment: int = 0
 
     @property
     def known(self) -> bool:
@@ -67,9 +80,37 @@ class DiscretisationError:
 
     @staticmethod
     def from_message(error: "service.DiscretisationError") -> "DiscretisationError":
+        has_moments, has_utilisation = error.HasField("moment_error"), error.HasField("utilisation_error")
         return DiscretisationError(error.position_error, error.max_distance, error.worst_node, error.energy_error,
                                    error.elements, error.compared_elements, error.tolerance, error.within_tolerance,
-                                   error.check_ms, error.message)
+                                   error.check_ms, error.message,
+                                   error.moment_error if has_moments else None, error.max_moment_error,
+                                   error.worst_moment_element if has_moments else None,
+                                   error.utilisation_error if has_utilisation else None,
+                                   error.worst_utilisation_element if has_utilisation else None,
+                                   stress_error=error.stress_error if error.HasField("stress_error") else None,
+                                   max_stress_error=error.max_stress_error,
+                                   worst_stress_segment=error.worst_stress_segment)
+
+
+@dataclass(frozen=True)
+class StartComparison:
+    """Several starts were solved for one problem, which may have more than one optimum; the best of them is shown."""
+
+    compared: int            # starts that ended, the shown motion among them
+    optima: int              # different ones among them
+    lowest_energy: float     # total energies, as Result.energy
+    highest_energy: float
+    largest_distance: float  # of a node between the shown motion and another one [length unit]
+    budget: int              # starts that are allowed
+
+
+@dataclass(frozen=True)
+class OutOfReach:
+    """A constraint whose target the motion stops short of."""
+
+    constraint: int  # its id
+    distance: float  # that is left [length unit]
 
 
 @dataclass(frozen=True)
@@ -104,6 +145,8 @@ class Result:
     exact: bool = False  # of a body: energies, errors and frames are those of the full map, not of the reduced model
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
     discretisation_error: DiscretisationError | None = None  # the same of linkages and structures of beams
+    starts: "StartComparison | None" = None  # of a body: that were compared for this optimum, in the background
+    out_of_reach: "tuple[OutOfReach, ...]" = ()  # of a body: the worst first
 
     @property
     def converged(self) -> bool:
@@ -124,11 +167,18 @@ class Result:
                       max_exact_velocity_error=info.max_exact_velocity_error, exact=info.exact,
                       motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None,
                       discretisation_error=(DiscretisationError.from_message(info.discretisation_error)
-                                            if info.HasField("discretisation_error") else None))
+                                            if info.HasField("discretisation_error") else None),
+                      starts=_starts(info.starts) if info.HasField("starts") else None,
+                      out_of_reach=tuple(OutOfReach(one.constraint, one.distance) for one in info.out_of_reach))
+
+
+def _starts(message: "service.StartComparison") -> StartComparison:
+    return StartComparison(message.compared, message.optima, message.lowest_energy, message.highest_energy,
+                           message.largest_distance, message.budget)
 
 
 def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:
-    """frames x nodes x 3 float32 [length unit]; geometry, an object with positions(coordinates) and basis_hash, is needed
+    """frames x nodes x 3 float32, or float64 far from the origin [length unit]; geometry, an object with positions(coordinates) and basis_hash, is needed
     for coordinates only."""
     data = arrays.to_numpy(frames.data, "frames")
     if frames.encoding == service.ENCODING_COORDINATES:
@@ -138,11 +188,13 @@ def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:
     if data.ndim != 3 or data.shape[2] != 3:
         raise LimberError("MALFORMED", f"positions have the shape {data.shape}")
     if frames.encoding in (service.ENCODING_POSITIONS, service.ENCODING_SURFACE):
-        return np.array(data, dtype=np.float32)
+        return np.array(data)
     if frames.encoding == service.ENCODING_POSITIONS_QUANTISED:
         origin = np.array([frames.origin.x, frames.origin.y, frames.origin.z])
         extent = np.array([frames.extent.x, frames.extent.y, frames.extent.z])
-        return (origin + data * (extent / 65535.0)).astype(np.float32)
+        corners = np.stack([origin, origin + extent])
+        positions = origin + data * (extent / 65535.0)
+        return positions if precision.is_far(corners) else positions.astype(np.float32)
     raise LimberError("UNSUPPORTED", f"frames in the unknown encoding {frames.encoding}")
 
 

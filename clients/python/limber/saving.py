@@ -11,8 +11,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from . import checks, gltf, morphs, obj_files, vtu
-from .errors import LimberError, invalid
+from . import checks, gltf, morphs, obj_files, precision, vtu
+from .errors import LimberError, invalid, of_file
 from .moving import MovingPoints, MovingSurface
 from .obj_files import ObjSurface
 
@@ -64,8 +64,10 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
         if ending == ".glb":
             return _glb(target, moving, drawn, tolerance, up)
         return _series(target, moving) if ending == ".pvd" else _cache(target, moving, drawn)
+    except LimberError:
+        raise
     except OSError as error:
-        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+        raise of_file(error, f"{target} cannot be written", "path") from error
 
 
 def _drawn(session: "OpenSession", surface: "str | os.PathLike[str] | None") -> "ObjSurface | None":
@@ -83,9 +85,11 @@ def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", toler
         pairs, corners = np.unique(np.stack([drawn.corners.ravel(), drawn.textures.ravel()]), axis=1, return_inverse=True)
         texcoords = drawn.texcoords[pairs[1]] * (1, -1) + (0, 1)
         surface = replace(surface, faces=corners.reshape(-1, 3), positions=surface.positions[:, pairs[0]])
+    origin = precision.origin_for(surface.positions)
+    surface = replace(surface, positions=precision.relative(surface.positions, origin))
     base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
     targets, weights = morphs.one_sided(targets, weights)
-    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords, _materials(drawn)))
+    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords, _materials(drawn), origin))
     return Saved((target,), len(surface.positions), len(base), len(targets), error)
 
 
@@ -102,12 +106,15 @@ def _materials(drawn: "ObjSurface | None") -> "list[gltf.Material]":
 
 
 def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> Saved:
-    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn, with its materials."""
+    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn, with its materials. Far from
+    the origin both are relative to the middle of the motion, which a comment in the .obj names."""
     frames, vertices = surface.positions.shape[:2]
+    origin = precision.origin_for(surface.positions)
+    surface = replace(surface, positions=precision.relative(surface.positions, origin))
     if drawn is None:
-        beside = {f"{target.stem}_surface.obj": _obj(surface)}
+        beside = {f"{target.stem}_surface.obj": _obj(surface, origin)}
     else:
-        beside = {f"{target.stem}_detail.obj": drawn.content, **drawn.libraries}
+        beside = {f"{target.stem}_detail.obj": obj_files.moved(drawn.content, origin), **drawn.libraries}
     files = {target.with_name(name): content for name, content in beside.items()}
     for file, content in files.items():
         _check_replaceable(file, content)
@@ -125,8 +132,9 @@ def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> 
     return Saved((target, *files), frames, vertices)
 
 
-def _obj(surface: MovingSurface) -> bytes:
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.positions[0].tolist()]
+def _obj(surface: MovingSurface, origin: np.ndarray) -> bytes:
+    lines = [obj_files.origin_line(origin)] if origin.any() else []
+    lines += [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.positions[0].tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
     return (MARK + "\n".join(lines) + "\n").encode("ascii")
 
@@ -167,10 +175,11 @@ def _csv(target: Path, points: MovingPoints, rate: float | None, nodes: "Iterabl
         where = {number: i for i, number in enumerate(numbers)}
         places = [where[number] for number in requested]
     rate = points.frames_per_second if rate is None else rate
+    digits = 16 if precision.is_far(points.positions) else 9
     with open(target, "w", encoding="utf-8") as out:
         out.write(f"frame,time_s,{points.name},x,y,z\n")
         for frame, shape in enumerate(points.positions):
             for i in places:
                 x, y, z = shape[i].tolist()
-                out.write(f"{frame},{frame / rate:.9g},{numbers[i]},{x:.9g},{y:.9g},{z:.9g}\n")
+                out.write(f"{frame},{frame / rate:.9g},{numbers[i]},{x:.{digits}g},{y:.{digits}g},{z:.{digits}g}\n")
     return Saved((target,), len(points.positions), len(places))

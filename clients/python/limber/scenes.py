@@ -10,8 +10,8 @@ from typing import Any, Mapping, Union
 
 from google.protobuf import json_format
 
-from . import checks, kind
-from .errors import invalid
+from . import checks, json_values, kind
+from .errors import LimberError, invalid
 from .files import read
 from .messages import scene as messages
 
@@ -34,6 +34,8 @@ def _read_scene(path: "str | os.PathLike[str]") -> "tuple[messages.Scene, Path]"
     try:
         text = read(path, "scene").decode("utf-8-sig")
         scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
+    except LimberError:
+        raise
     except ValueError as error:
         raise invalid("scene", f"{path} is not JSON: {error}") from error
     except RecursionError:
@@ -99,7 +101,7 @@ def _parse(value: Any, what: str) -> "messages.Scene":
     for known in kind.every():
         value = known.as_scene(value)
     try:
-        return json_format.ParseDict(checks.plain(value), messages.Scene())
+        return json_values.parse(value, messages.Scene())
     except (json_format.ParseError, TypeError, AttributeError) as error:
         field, why = checks.json_fault(error)
         raise invalid(f"scene{field}", f"{what} is no scene: {why}") from error

@@ -26,7 +26,7 @@ class ServerCore:
         """greeting_timeout: how long the server may take for its first answer [s]; default that of the connection."""
         self.connection = connection
         # By basis hash: (session that used it last, geometry). Small: a basis takes 12 nodes h bytes.
-        self.geometry_cache: "OrderedDict[str, tuple[str, Any]]" = _Bounded(8)
+        self.geometry_cache: "OrderedDict[Any, tuple[str, Any]]" = _Bounded(8)
         info = _greet(connection, greeting_timeout)
         self.stream_endpoint = reachable(info.stream_endpoint, connection.endpoint)
         # Where streams are followed against credit: where requests go, through a tunnel or a recorder, too. Empty: this

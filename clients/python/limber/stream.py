@@ -37,7 +37,7 @@ class StreamedFrames:
 
     @property
     def positions(self) -> np.ndarray:
-        """frames x nodes x 3 float32 [length unit], decoded when asked for."""
+        """frames x nodes x 3 [length unit], float32 or, far from the origin, float64, decoded when asked for."""
         return decode(self.raw, self._session.geometry_for(self.raw))
 
 
@@ -105,7 +105,7 @@ class SessionStream:
             elif taken is not None:
                 return taken
             elif deadline is not None and time.monotonic() >= deadline:
-                raise LimberError("TIMEOUT", f"no frames of session {self._session.id} within {timeout:g} s")
+                raise self._session.late(f"no frames within {timeout:g} s")
             elif time.monotonic() >= max(newest.heard, self._checked) + SILENCE:
                 self._check_session()
                 self._checked = time.monotonic()

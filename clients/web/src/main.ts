@@ -1,5 +1,6 @@
 import "./style.css";
 import { App } from "./page/app";
+import { claimTabName } from "./page/tab_name";
 
 const TOKEN_KEY = "limber-token";
 
@@ -19,6 +20,7 @@ function takeToken(): string {
   return given ?? sessionStorage.getItem(TOKEN_KEY) ?? "";
 }
 
+await claimTabName();
 const base = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}`;
 const app = new App(base, takeToken());
 

@@ -40,6 +40,8 @@ export interface Desk {
   /** Opens the session's scene anew, changed: for what no edit can change. */
   openChanged(change: (scene: Scene) => void): void;
   notify(tone: Tone, text: string): void;
+  /** Says something for as long as it is so, in place of what was said of this key before; null: it is not so. */
+  follow(key: string, tone: Tone, text: string | null): void;
   fail(error: unknown): void;
 }
 

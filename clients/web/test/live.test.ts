@@ -173,6 +173,65 @@ test("without the parts of one result, what is here stays", async () => {
   assert.equal(live.motion.sequence, 1n);
 });
 
+/** A session on a stream: `send` is what the server publishes of its body. */
+function followed(call: (kind: string, value: unknown) => Promise<unknown>) {
+  let take: ((message: unknown) => void) | undefined;
+  const streams = {
+    subscribe: (topic: string, handler: (message: unknown) => void) => {
+      if (topic.endsWith("/changes")) take = handler;
+    },
+    unsubscribe: () => undefined,
+  } as unknown as Streams;
+  const live = new LiveSession({ call } as unknown as Connection, streams, { session: "s", uid: 1n });
+  const send = (frames: unknown): void => take?.({ sessionUid: 1n, payload: { case: "frames", value: frames } });
+  return { live, send };
+}
+
+test("frames that come too late leave the basis of the motion that is here", async (context) => {
+  const asked: string[] = [];
+  const { live, send } = followed(async (kind, value) => {
+    if (kind === "getFrames") return part(value as MotionPart, 2, 7n);
+    if (kind !== "getGeometry") return { status: create(SessionStatusSchema, { result: { sequence: 7n } }) };
+    const { basisHash } = value as { basisHash: string };
+    asked.push(basisHash);
+    return create(GetGeometryResponseSchema, { basisHash, beams: {} });
+  });
+  context.after(() => live.close());
+  await live.start();
+  const late = (sequence: bigint, changes: object) =>
+    create(FramesSchema, {
+      result: { sequence },
+      frameCount: 1,
+      basisHash: "of the first picture",
+      data: fromFloats(new Float32Array(3), [1, 3]),
+      changes,
+    });
+  send(late(6n, { motionFrames: 1 }));
+  send(late(6n, { motionFrames: 1, baseSequence: 5n }));
+  send(late(8n, { motionFrames: 1, baseSequence: 6n, early: true }));
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  assert.deepEqual([live.geometry?.basisHash, live.motion.basisHash, live.motion.sequence], ["b", "b", 7n]);
+  assert.deepEqual(asked, ["b"]);
+  send(late(8n, { motionFrames: 1 }));
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  assert.equal(live.motion.sequence, 8n);
+  assert.equal(live.geometry?.basisHash, live.motion.basisHash);
+});
+
+test("where the basis of frames is gone the newest motion is asked for", async (context) => {
+  let newest = 7n;
+  const { live } = followed(async (kind, value) => {
+    if (kind === "getFrames") return part(value as MotionPart, 2, newest);
+    if (kind !== "getGeometry") return { status: create(SessionStatusSchema, { result: { sequence: newest } }) };
+    if (newest++ === 7n) throw new LimberError("NOT_FOUND", "the session has no such basis any more", "basis_hash");
+    return create(GetGeometryResponseSchema, { basisHash: (value as { basisHash: string }).basisHash, beams: {} });
+  });
+  context.after(() => live.close());
+  await live.start();
+  for (let i = 0; live.motion.sequence === 0n && i < 100; i++) await new Promise((resolve) => setTimeout(resolve, 20));
+  assert.equal(live.motion.sequence, 8n);
+});
+
 const geometry = (init: MessageInitShape<typeof GetGeometryResponseSchema>) => create(GetGeometryResponseSchema, init);
 const rest = fromFloats(new Float32Array(3), [1, 3]);
 const tets = fromIntegers(new Int32Array(0), [0, 4]);

@@ -9,7 +9,7 @@ import { Basis } from "../src/bodies/basis";
 import { LinkageShapes } from "../src/linkages/shape";
 import { normalize } from "../src/rods/colors";
 import { counterclockwise } from "../src/rods/sweep";
-import { fromFloats, fromIntegers } from "../src/wire/arrays";
+import { fromDoubles, fromFloats, fromIntegers } from "../src/wire/arrays";
 
 const near = (value: number | undefined, wanted: number, allowed = 1e-5): void =>
   assert.ok(Math.abs((value ?? Number.NaN) - wanted) <= allowed, `${value} is not ${wanted}`);
@@ -26,6 +26,25 @@ test("positions are rest and basis times coordinates", () => {
 });
 
 /** One rod of four edges along a circle of radius 2, its director turning by 0.1 an edge. */
+test("far from the origin a basis keeps the digits of positions, and what goes to the GPU is small", () => {
+  const far = [5e5, 4.6e6, 100];
+  const basis = new Basis(
+    fromDoubles(Float64Array.from([...far, 5e5 + 0.1, 4.6e6 + 0.2, 100.3]), [2, 3]),
+    fromFloats(new Float32Array(0), [2, 3, 0]),
+  );
+  const out = [0, 0, 0];
+  basis.position(1, new Float32Array(0), out);
+  assert.deepEqual(
+    out.map((value, axis) => Number((value - (far[axis] ?? 0)).toFixed(6))),
+    [0.1, 0.2, 0.3],
+  );
+  assert.deepEqual(
+    [...basis.rest].map((value) => Number(value.toFixed(6))),
+    [0, 0, 0, 0.1, 0.2, 0.3],
+  );
+  assert.deepEqual(basis.origin, far);
+});
+
 function arc(lengthUnit?: number): { shapes: LinkageShapes; frame: Float32Array } {
   const edges = 4;
   const step = 0.05;

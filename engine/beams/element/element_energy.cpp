@@ -1,7 +1,9 @@
 #include "engine/beams/element/element_energy.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/base/rotations/exponential_map.h"
 
@@ -118,20 +120,40 @@ void leave_out_axial(const ElementConstants<double>& k, const NaturalModes<doubl
   r.finish_3 = k.near_3 * q.finish_3 + k.far_3 * q.start_3;
 }
 
+/// Of the stiffness EA / L.
+double shown_share(const ElementConstants<double>& k, const ElementEnds& ends) {
+  if (k.least_stretch < -1) return 1;  // a beam
+  switch (cable_tension(k, ends)) {
+    case CableTension::kSlack:
+      return 0;
+    case CableTension::kJustTaut:
+      return 0.5;
+    case CableTension::kPulled:
+      break;
+  }
+  return 1;
+}
+
+/// The response as if the element carried nothing.
+void leave_out_forces(ElementResponse<double>& r) {
+  r.axial = r.twisting = 0;
+  r.start_2 = r.finish_2 = r.start_3 = r.finish_3 = 0;
+}
+
 Matrix9d relative_hessian(const ElementConstants<double>& k, const ElementEnds& ends,
                           Compression compression) {
   const NaturalModes<double> q = modes(k, ends);
   ElementResponse<double> r(k, q, triad(ends.start_axes), triad(ends.finish_axes));
   if (compression == Compression::kLeftOut && r.axial < 0) leave_out_axial(k, q, r);
+  if (compression == Compression::kWithAllForcesLeftOut) leave_out_forces(r);
   const Vector3d t = eigen(q.t);
   const Chord chord{t, 1 / q.chord, Matrix3d::Identity() - t * t.transpose()};
   const EndDerivatives a(chord, ends.start_axes, q.start, kStartSpin);
   const EndDerivatives b(chord, ends.finish_axes, q.finish, kFinishSpin);
   Matrix9d h = Matrix9d::Zero();
 
-  // Stretch with bowing; a slack cable has none.
-  const bool slack = k.least_stretch > -1 && q.stretch <= 0;
-  const double stiffness = slack ? 0 : k.stretching, pull = k.bow * r.axial;
+  // Stretch with bowing.
+  const double stiffness = shown_share(k, ends) * k.stretching, pull = k.bow * r.axial;
   Vector9d stretch = k.bow * ((4 * q.start.angle_2 - q.finish.angle_2) * a.angle_2() +
                               (4 * q.finish.angle_2 - q.start.angle_2) * b.angle_2() +
                               (4 * q.start.angle_3 - q.finish.angle_3) * a.angle_3() +
@@ -151,8 +173,9 @@ Matrix9d relative_hessian(const ElementConstants<double>& k, const ElementEnds& 
   const double g = 1 / (2 + q.half);
   // d2 q_1 / d angle^2; sin = 2 sin(angle / 2) half
   const double curvature = -1.5 * (q.sine / q.half) * (1 - q.half) * g * g * g;
-  h += (k.torsion * (q.twist_slope * q.twist_slope + q.twist * curvature)) * twist *
-       twist.transpose();
+  const double carried =
+      compression == Compression::kWithAllForcesLeftOut ? 0 : q.twist * curvature;
+  h += (k.torsion * (q.twist_slope * q.twist_slope + carried)) * twist * twist.transpose();
   a.add_twist(-r.twisting, h);
   b.add_twist(r.twisting, h);
   return h;
@@ -172,6 +195,16 @@ ElementEnergies<double> element_energies(const ElementConstants<double>& constan
 double twist_angle(const ElementConstants<double>& constants, const ElementEnds& ends) {
   const NaturalModes<double> q = modes(constants, ends);
   return std::atan2(q.sine, q.cosine);
+}
+
+CableTension cable_tension(const ElementConstants<double>& k, const ElementEnds& ends) {
+  const double stretch = (ends.finish - ends.start).norm() - k.length;
+  // A length is a difference of coordinates.
+  const double farthest =
+      std::max(ends.start.cwiseAbs().maxCoeff(), ends.finish.cwiseAbs().maxCoeff());
+  const double rounding = 16 * std::numeric_limits<double>::epsilon() * (k.length + farthest);
+  if (std::abs(stretch) <= rounding) return CableTension::kJustTaut;
+  return stretch > 0 ? CableTension::kPulled : CableTension::kSlack;
 }
 
 ElementVector element_gradient(const ElementConstants<double>& constants, const ElementEnds& ends) {

@@ -28,9 +28,21 @@ struct ElementEnds {
 [[nodiscard]] ElementVector element_gradient(const ElementConstants<double>& constants,
                                              const ElementEnds& ends);
 
-/// What a compressed element's force does to second derivatives: pushing sideways, it makes them
-/// less than positive. Where only a guess has shortened the element, that is better left out.
-enum class Compression { kCounts, kLeftOut };
+/// Which forces of an element count in second derivatives. Compression pushes sideways and makes
+/// them less than positive: where only a guess has shortened the element, it is better left out.
+enum class Compression {
+  kCounts,
+  kLeftOut,
+  kWithAllForcesLeftOut,  // what the material resists: semi-definite
+};
+
+/// What a cable shows of its stiffness EA / L to second derivatives: all of it where it is pulled,
+/// nothing where it is slack. One that is just taut, as long as at rest within rounding, has one
+/// value to each side; the mean of both stands for them, and whether it is enough is another
+/// question (detail::just_taut_cables).
+enum class CableTension { kSlack, kJustTaut, kPulled };
+[[nodiscard]] CableTension cable_tension(const ElementConstants<double>& constants,
+                                         const ElementEnds& ends);
 
 /// Second derivatives by the same twelve, symmetric: along exp(omega^x) from where the ends are.
 ///

@@ -62,9 +62,8 @@ struct BeamSupport {
 ///
 /// What rotations a support and a motion hold together is, about all three axes: exp of a rotation
 /// vector; about two: exp of one that has no component along the third, and then any rotation about
-/// the third. A support that holds one rotation alone lets the node not spin about it. No motion
-/// turns a node about one axis while both others are free: what that comes to would depend on the
-/// path there.
+/// the third; about one alone: the twist about it, and then any rotation about some axis across it
+/// (a joint of constant velocity). Rotations are what they are in a state: no path matters.
 struct PrescribedMotion {
   int node = 0;
   std::array<bool, 3> translates{};  // which components of `translation` are prescribed
@@ -105,7 +104,7 @@ struct NodalLoad {
 
 struct DistributedLoad {
   int element = 0;
-  /// Per length at rest, in global axes at rest [force/length]; half goes to each node.
+  /// Per length at rest, in global axes at rest [force/length]; acts all along the element.
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   LoadDirection direction = LoadDirection::kFixed;
   bool operator==(const DistributedLoad&) const = default;
@@ -147,8 +146,8 @@ struct BeamModel {
 ///     its own;
 ///     two elements between the same nodes; sections that are not positive; axes that are not
 ///     orthonormal and right-handed; a node with two motions, one that moves what a support fixes,
-///     one that turns it about one axis while it is free about the others,
-///     or one by axes that mix with its support's;
+///     or one by axes that mix with its support's; a moment on a node about an axis about which
+///     nothing holds it (a ball joint, or hinges of all its beams);
 ///   {kFailedPrecondition} nothing holds a structure that hangs together (no support, no motion)
 void validate(const BeamModel& model);
 /// The same of a model whose nodes, sections and elements are known to be valid: looks at supports,

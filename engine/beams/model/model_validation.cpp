@@ -10,6 +10,7 @@
 #include "engine/base/disjoint_sets.h"
 #include "engine/base/error.h"
 #include "engine/beams/model/beam_model.h"
+#include "engine/beams/model/loose_spins.h"
 
 namespace limber::beams {
 
@@ -21,6 +22,8 @@ constexpr double kLargest = 1e100;
 constexpr double kFarthest = 1e6;
 /// Attitudes of ends that are twisted further come close to half a turn [rad].
 constexpr double kMaxRestTwistRad = 2;
+/// Of a moment's part that acts where nothing takes it.
+constexpr double kRounding = 1e-9;
 
 /// A field. Becomes text where something is wrong with it alone: writing the names of all that is
 /// sound would take most of the time.
@@ -178,19 +181,6 @@ void check_motion_against(const BeamSupport& s, std::size_t support, const Presc
   }
 }
 
-/// About one axis alone, and freely about the others, attitudes depend on the path there.
-void check_turn(const BeamSupport* support, const PrescribedMotion& m, std::size_t i) {
-  if (!m.rotates_any()) return;
-  auto held = std::count(m.rotates.begin(), m.rotates.end(), true);
-  if (support != nullptr)
-    held += std::count(support->fixed.begin() + 3, support->fixed.end(), true);
-  if (held < 2)
-    refuse(at("motions", i),
-           fmt::format("turns node {} about one axis and leaves it free about both others: hold it "
-                       "about another one, or give all three rotations",
-                       m.node));
-}
-
 void require_used(const std::vector<char>& used, int node, const Field& field) {
   if (used[static_cast<std::size_t>(node)] == 0)
     refuse(field, fmt::format("= {}, a node of no element", node));
@@ -221,7 +211,6 @@ void check_holds(const BeamModel& model) {
     const BeamSupport* const held =
         support == support_of.end() ? nullptr : &model.supports[support->second];
     if (held != nullptr) check_motion_against(*held, support->second, m, i);
-    check_turn(held, m, i);
   }
 }
 
@@ -245,6 +234,31 @@ void check_loads(const BeamModel& model) {
     require_finite(model.distributed_loads[i].force, at("distributed_loads", i, "force"));
   }
   require_finite(model.gravity, "gravity");
+}
+
+/// A moment needs something that takes it: at a ball joint, or about the axis of a hinge that all
+/// beams have there, nothing does.
+void check_moments(const BeamModel& model) {
+  const auto has_moment = [](const NodalLoad& load) { return !load.moment.isZero(0); };
+  if (std::none_of(model.loads.begin(), model.loads.end(), has_moment) &&
+      std::none_of(model.temporary_loads.begin(), model.temporary_loads.end(), has_moment))
+    return;
+  const std::vector<Eigen::Matrix3d> resistances = spin_resistances(model);
+  const auto check = [&](const std::vector<NodalLoad>& loads, const char* list) {
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      const NodalLoad& load = loads[i];
+      const Eigen::Vector3d lost =
+          unresisted(resistances[static_cast<std::size_t>(load.node)], load.moment);
+      if (lost.norm() <= kRounding * load.moment.norm()) continue;
+      const Eigen::Vector3d axis = lost.normalized();
+      refuse(at(list, i, "moment"),
+             fmt::format("turns node {} about ({:.3g}, {:.3g}, {:.3g}), about which no beam and no "
+                         "support holds it: all beams have hinges there, or none is joined",
+                         load.node, axis.x(), axis.y(), axis.z()));
+    }
+  };
+  check(model.loads, "loads");
+  check(model.temporary_loads, "temporary_loads");
 }
 
 /// Every part that hangs together needs something that holds it. Nodes of no element are no part.
@@ -305,6 +319,7 @@ void validate_conditions(const BeamModel& model) {
   check_holds(model);
   check_loads(model);
   check_held(model);
+  check_moments(model);
 }
 
 }  // namespace limber::beams

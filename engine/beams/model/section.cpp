@@ -74,6 +74,7 @@ SectionShape tube(double outer_radius, double inner_radius) {
       0.25 * std::numbers::pi * (outer_2 * outer_2 - inner_2 * inner_2);
   shape.torsion = 2 * shape.moment_2;
   shape.fibre_2 = shape.fibre_3 = shape.shear_arm = outer_radius;
+  shape.outline = Outline::kRound;
   return shape;
 }
 
@@ -84,6 +85,13 @@ BeamSection make_section(const SectionShape& shape, const BeamMaterial& material
   if (!(material.poisson > -1 && material.poisson <= 0.5))
     throw Error(ErrorCode::kInvalidArgument, "poisson",
                 fmt::format("poisson = {}, must be in (-1, 0.5]", material.poisson));
+  if (material.shear_modulus) {
+    require_positive_size("shear_modulus", *material.shear_modulus);
+    if (material.poisson != 0)
+      throw Error(ErrorCode::kInvalidArgument, "poisson",
+                  fmt::format("poisson = {} beside shear_modulus = {}: give one of them",
+                              material.poisson, *material.shear_modulus));
+  }
   BeamSection section;
   section.stretching = material.young * shape.area;
   section.torsion = material.shear() * shape.torsion;
@@ -96,6 +104,7 @@ BeamSection make_section(const SectionShape& shape, const BeamMaterial& material
   section.fibre_3 = shape.fibre_3;
   section.shear_arm = shape.shear_arm;
   section.yield_stress = material.yield_stress;
+  section.outline = shape.outline;
   return section;
 }
 

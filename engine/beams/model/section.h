@@ -1,16 +1,24 @@
 #pragma once
 
+#include <optional>
+
 namespace limber::beams {
 
 /// What a beam is made of. Any consistent units; SI in files.
 struct BeamMaterial {
   double young = 0;         // E [force/length^2], > 0
-  double poisson = 0;       // in (-1, 0.5]; the shear modulus is E / (2 (1 + nu))
+  double poisson = 0;       // in (-1, 0.5]; 0 where the shear modulus is given
   double density = 0;       // [mass/length^3], >= 0; 0: no self-weight
   double yield_stress = 0;  // [force/length^2], >= 0; 0: no utilisation
+  /// G [force/length^2], > 0: of timber and other materials whose G does not follow from E. Without
+  /// it G = E / (2 (1 + nu)).
+  std::optional<double> shear_modulus = std::nullopt;
 
-  [[nodiscard]] double shear() const { return young / (2 * (1 + poisson)); }
+  [[nodiscard]] double shear() const { return shear_modulus.value_or(young / (2 * (1 + poisson))); }
 };
+
+/// Where bending stresses of both planes are largest together.
+enum class Outline { kCorners, kRound };
 
 /// Geometry of a cross-section. Axis 2 runs across, axis 3 along the normal; the first is the
 /// beam's.
@@ -22,6 +30,7 @@ struct SectionShape {
   double fibre_2 = 0;    // distance of the outermost fibre along axis 2 [length]
   double fibre_3 = 0;    // the same along axis 3
   double shear_arm = 0;  // largest shear strain per twist rate [length]
+  Outline outline = Outline::kCorners;
 };
 
 /// @throws Error{kInvalidArgument} naming the dimension that is not positive and finite
@@ -45,9 +54,11 @@ struct BeamSection {
   double fibre_3 = 0;       //
   double shear_arm = 0;     //
   double yield_stress = 0;  // 0: no utilisation
+  Outline outline = Outline::kCorners;
 };
 
-/// @throws Error{kInvalidArgument} naming the member of the material that is out of range
+/// @throws Error{kInvalidArgument} naming the member of the material that is out of range, or
+/// poisson where both it and the shear modulus are given
 [[nodiscard]] BeamSection make_section(const SectionShape& shape, const BeamMaterial& material);
 
 }  // namespace limber::beams

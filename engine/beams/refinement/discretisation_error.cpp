@@ -8,12 +8,19 @@
 #include <utility>
 
 #include "engine/base/index.h"
+#include "engine/beams/refinement/force_errors.h"
+#include "engine/beams/refinement/member_results.h"
 #include "engine/beams/results/beam_results.h"
 
 namespace limber::beams {
 namespace {
 
-constexpr double kLeastOrder = 2, kLargestOrder = 4;
+using detail::kLargestOrder;
+using detail::kLeastOrder;
+using detail::rest_of;
+
+/// Cables whose force their own sag changes by a smaller share are as straight as they are drawn.
+constexpr double kTautCable = 1e-3;
 
 /// One refinement: the equilibrium of the halves.
 struct Level {
@@ -44,51 +51,31 @@ Eigen::Matrix3Xd displacements(const BeamModel& model, const BeamState& from, co
 
 double largest(const Eigen::Matrix3Xd& vectors) { return vectors.colwise().norm().maxCoeff(); }
 
-/// Energy of a moment that varies linearly between two ends, over its bending stiffness and length.
-double linear_energy(double at_start, double at_finish) {
-  return (at_start * at_start + at_start * at_finish + at_finish * at_finish) / 6;
-}
-
-double over(double value, double stiffness) { return stiffness > 0 ? value / stiffness : 0; }
-
-/// Energy of the difference between a part's forces and those of its two halves.
-double difference_energy(const BeamSection& section, double half_length, const ElementForces& part,
-                         const ElementForces& first, const ElementForces& second) {
-  double energy = 0;
-  const double middle_2 = 0.5 * (part.start_moment_2 + part.finish_moment_2);
-  const double middle_3 = 0.5 * (part.start_moment_3 + part.finish_moment_3);
-  const auto add = [&](const ElementForces& half, double start_2, double finish_2, double start_3,
-                       double finish_3) {
-    const double axial = half.axial - part.axial, torque = half.torque - part.torque;
-    energy += over(0.5 * axial * axial, section.stretching);
-    energy += over(0.5 * torque * torque, section.torsion);
-    energy += over(linear_energy(half.start_moment_2 - start_2, half.finish_moment_2 - finish_2),
-                   section.bending_2);
-    energy += over(linear_energy(half.start_moment_3 - start_3, half.finish_moment_3 - finish_3),
-                   section.bending_3);
-  };
-  add(first, part.start_moment_2, middle_2, part.start_moment_3, middle_3);
-  add(second, middle_2, part.finish_moment_2, middle_3, part.finish_moment_3);
-  return energy * half_length;
-}
-
-std::vector<double> indicators_of(const BeamModel& model, const Subdivision& subdivision,
-                                  const BeamResults& results, const Level& halves) {
-  const BeamResults finer = results_of(halves.structure, halves.cut.state);
-  std::vector<double> indicators;
-  for (int e = 0; e < static_cast<int>(model.elements.size()); ++e) {
-    double energy = 0;
+/// A cable of tension T sags under a load W across it, which shortens its chord by W^2 / (24 T^2).
+/// @returns the first cable whose force this changes, in words; empty: none
+std::string describe_sagging_cable(const BeamStructure& structure, const BeamState& state) {
+  const BeamModel& model = structure.model();
+  const NodeLoads loads = NodeLoads::of(model);
+  for (int e = 0; e < structure.elements(); ++e) {
     const BeamElement& element = model.elements[index(e)];
-    for (int i = 0; i < subdivision.parts_of(e) && element.kind == BeamKind::kBeam; ++i) {
-      const int half = halves.cut.subdivision.first_part(e) + 2 * i;
-      energy += difference_energy(model.sections[index(element.section)],
-                                  halves.structure.constants(half).length,
-                                  results.forces[index(subdivision.first_part(e) + i)],
-                                  finer.forces[index(half)], finer.forces[index(half + 1)]);
-    }
-    indicators.push_back(std::sqrt(energy));
+    if (element.kind != BeamKind::kCable) continue;
+    const ElementEnds ends = structure.ends(state, e);
+    const Eigen::Vector3d load = load_over(structure, loads, ends, e).resultant();
+    const double across = load.cross((ends.finish - ends.start).normalized()).norm();
+    const double tension = strain_force(structure, state, e);
+    const double stiffness = model.sections[index(element.section)].stretching;
+    if (stiffness * across * across <= kTautCable * 24 * tension * tension * tension) continue;
+    return fmt::format(
+        "{} is a cable that sags under a load over its length, {:.3g} across a tension of {:.3g}, "
+        "and cables are not cut: draw it with more elements",
+        element_name(model, e), across, tension);
   }
-  return indicators;
+  return {};
+}
+
+/// Of the elements of the structure.
+BeamResults results_of_members(const Level& level) {
+  return member_results(results_of(level.structure, level.cut.state), level.cut.subdivision);
 }
 
 void set_distances(const BeamModel& model, const Eigen::Matrix3Xd& distances,
@@ -98,9 +85,6 @@ void set_distances(const BeamModel& model, const Eigen::Matrix3Xd& distances,
   error.worst_node = static_cast<int>(worst);
   error.position_error = error.max_distance / structure_size(model);
 }
-
-/// What is left of differences that fall by a power of the length of parts, over the last of them.
-double rest_of(double order) { return 1 / (std::exp2(order) - 1); }
 
 double relative_difference(double energy, double limit) {
   const double size = std::max(std::abs(energy), std::abs(limit));
@@ -112,9 +96,19 @@ std::string describe_failure(const Level& level) {
                      level.structure.elements(), level.report.message);
 }
 
-void look_at_quarters(const BeamModel& model, const CutEquilibrium& cut, double energy,
-                      const Level& halves, const JobContext& job,
+/// What the estimate compares: the equilibrium and that of its halves.
+struct Compared {
+  const BeamModel& model;
+  const CutEquilibrium& cut;
+  const BeamResults& results;  // of the structure's elements
+  const detail::SampledForces& forces;
+  const Level& halves;
+  const detail::SampledForces& finer_forces;
+};
+
+void look_at_quarters(const Compared& compared, const JobContext& job,
                       DiscretisationEstimate& estimate) {
+  const auto& [model, cut, results, forces, halves, finer_forces] = compared;
   DiscretisationError& error = estimate.error;
   Level quarters = refine(model, halves.structure, halves.cut, job);
   if (!quarters.report.converged()) {
@@ -132,7 +126,11 @@ void look_at_quarters(const BeamModel& model, const CutEquilibrium& cut, double 
   const double rest = rest_of(std::max(error.order, kLeastOrder));
   set_distances(model, first + (1 + rest) * second, error);
   const double finer_energy = halves.report.elastic_energy, finest = quarters.report.elastic_energy;
-  error.energy_error = relative_difference(energy, finest + rest * (finest - finer_energy));
+  error.energy_error =
+      relative_difference(results.energies.total(), finest + rest * (finest - finer_energy));
+  const detail::SampledForces finest_forces =
+      detail::sample_forces(model, results_of_members(quarters), cut.subdivision);
+  detail::set_force_errors(forces, finer_forces, &finest_forces, error);
   error.compared_elements = quarters.structure.elements();
   estimate.finest = std::move(quarters.cut);
 }
@@ -171,17 +169,26 @@ DiscretisationEstimate estimate_discretisation(const BeamModel& given, const Cut
     error.message = describe_failure(halves);
     return estimate;
   }
-  const BeamResults results = results_of(structure, cut.state);
+  const BeamResults results = member_results(results_of(structure, cut.state), cut.subdivision);
   const double energy = results.energies.total(), finer = halves.report.elastic_energy;
   error.is_known = true;
   error.compared_elements = halves.structure.elements();
   const double rest = rest_of(kLeastOrder);
   set_distances(model, (1 + rest) * displacements(model, cut.state, halves.cut.state), error);
   error.energy_error = relative_difference(energy, finer + rest * (finer - energy));
-  estimate.indicators = indicators_of(model, cut.subdivision, results, halves);
-  if (error.position_error > kSmallDiscretisationError && 4 * error.elements <= max_elements)
-    look_at_quarters(model, cut, energy, halves, job, estimate);
+  const BeamResults finer_results = results_of_members(halves);
+  const auto forces = detail::sample_forces(model, results, cut.subdivision);
+  const auto finer_forces = detail::sample_forces(model, finer_results, cut.subdivision);
+  detail::set_force_errors(forces, finer_forces, nullptr, error);
+  estimate.indicators = detail::difference_energies(model, cut.subdivision, results, finer_results);
+  if (error.error_against(kSmallDiscretisationError) > kSmallDiscretisationError &&
+      4 * error.elements <= max_elements)
+    look_at_quarters({model, cut, results, forces, halves, finer_forces}, job, estimate);
   if (!estimate.finest) estimate.finest = std::move(halves.cut);
+  if (std::string sagging = describe_sagging_cable(structure, cut.state); !sagging.empty()) {
+    error.is_known = false;
+    error.message = std::move(sagging);
+  }
   return estimate;
 }
 

@@ -1,31 +1,54 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/base/job.h"
-#include "engine/beams/refinement/subdivision.h"
 #include "engine/beams/solver/equilibrium.h"
+#include "engine/beams/structure/subdivision.h"
 
 namespace limber::beams {
+
+/// What a tolerance of positions asks of moments and utilisations, as a share of the largest ones:
+/// as much, but never less than 1 %. They are derivatives, whose errors fall by less for each cut.
+[[nodiscard]] inline double force_tolerance(double tolerance) { return std::max(tolerance, 0.01); }
 
 /// An equilibrium against the limit of ever more parts of its elements, where the structure is what
 /// is drawn: straight between nodes. See NOTATION.md, "Discretisation error".
 struct DiscretisationError {
-  bool is_known = false;  // else the message says why not
+  /// Else the message says why not. Errors of what was compared are there even so where elements of
+  /// the finest equilibrium are known, but cables that sag are part of the structure.
+  bool is_known = false;
   /// Largest distance of a node of the structure from its place in the limit: over structure_size()
   /// and in [length]; which node that is.
   double position_error = 0;
   double max_distance = 0;
   int worst_node = -1;
-  double energy_error = 0;    // of the elastic energy, relative
+  double energy_error = 0;  // of the elastic energy, relative
+  /// Largest error of a bending moment along an element: over the structure's largest bending
+  /// moment (over its largest axial force times the radius of gyration, where that is more), in
+  /// [force length], and the element.
+  double moment_error = 0;
+  double max_moment_error = 0;
+  int worst_moment_element = -1;
+  /// Largest error of an element's utilisation over the structure's largest utilisation, and the
+  /// element; absent where no yield stress is known.
+  std::optional<double> utilisation_error;
+  int worst_utilisation_element = -1;
   int elements = 0;           // of the equilibrium
   int compared_elements = 0;  // of the finest one it was compared with
   /// By which power of the parts' length the distances fell from halves to quarters, in [0, 4];
   /// 0: quarters were not needed.
   double order = 0;
   std::string message;  // what is doubtful about the estimate; empty: nothing
+
+  /// The largest error, those of moments and utilisations in proportion to force_tolerance().
+  [[nodiscard]] double error_against(double tolerance) const {
+    const double of_forces = std::max(moment_error, utilisation_error.value_or(0));
+    return std::max(position_error, of_forces * tolerance / force_tolerance(tolerance));
+  }
 };
 
 /// One equilibrium of a structure whose elements are cut.
@@ -44,7 +67,8 @@ struct DiscretisationEstimate {
   std::optional<CutEquilibrium> finest;
 };
 
-/// Distances that halves find above this share of the structure's size are looked at in quarters.
+/// Distances that halves find above this share of the structure's size are looked at in quarters,
+/// and errors of moments and utilisations above the force_tolerance() of it.
 inline constexpr double kSmallDiscretisationError = 1e-3;
 
 /// Elements of a cut model, where nothing else is asked for.

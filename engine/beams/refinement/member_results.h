@@ -1,13 +1,13 @@
 #pragma once
 
-#include "engine/beams/refinement/subdivision.h"
 #include "engine/beams/results/beam_results.h"
+#include "engine/beams/structure/subdivision.h"
 
 namespace limber::beams {
 
-/// Results of a cut structure as those of the structure: moments are those at an element's ends,
-/// axial force, torque and shears the means over its parts, stresses those of its part with the
-/// largest equivalent one, energies sums.
+/// Results of a cut structure as those of the structure: extremes and stresses are those of the
+/// part that has them, with their places along the element, moments those at its ends, energies
+/// sums.
 /// @param results  of the cut structure
 [[nodiscard]] BeamResults member_results(const BeamResults& results,
                                          const Subdivision& subdivision);

@@ -70,8 +70,8 @@ std::optional<Subdivision> refined_where_needed(const BeamModel& model,
 std::optional<Subdivision> coarsened_where_possible(const BeamModel& model,
                                                     const Subdivision& subdivision,
                                                     const std::vector<double>& indicators,
-                                                    double position_error, double tolerance) {
-  const double ratio = kCoarsenedShare * tolerance / std::max(position_error, 1e-300);
+                                                    double error, double tolerance) {
+  const double ratio = kCoarsenedShare * tolerance / std::max(error, 1e-300);
   if (ratio <= 1) return {};
   double room = sum_of(indicators) * (ratio - 1);
   std::vector<int> parts = subdivision.parts();

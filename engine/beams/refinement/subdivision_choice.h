@@ -8,7 +8,8 @@ namespace limber::beams {
 struct BeamDiscretisation {
   /// Of every beam, >= 1 and <= kMaxParts; absent: as `tolerance` takes, 1 without one.
   std::optional<int> elements_per_member = {};
-  /// Positions are to be off by at most this share of structure_size(), in (0, 0.1]. Beside
+  /// Positions are to be off by at most this share of structure_size(), bending moments and
+  /// utilisations by at most force_tolerance() of their largest ones, in (0, 0.1]. Beside
   /// elements_per_member it changes nothing, and results say whether it is met.
   std::optional<double> tolerance = {};
   /// Of cut models and of those that they are compared with, > 0.
@@ -37,6 +38,6 @@ struct BeamDiscretisation {
 /// spare a fifth of the elements
 [[nodiscard]] std::optional<Subdivision> coarsened_where_possible(
     const BeamModel& model, const Subdivision& subdivision, const std::vector<double>& indicators,
-    double position_error, double tolerance);
+    double error, double tolerance);
 
 }  // namespace limber::beams

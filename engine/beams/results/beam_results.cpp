@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/index.h"
 #include "engine/beams/structure/node_loads.h"
@@ -10,59 +11,30 @@ namespace limber::beams {
 
 namespace {
 
-ElementForces forces_of(const ElementResponse<double>& r, double chord) {
-  ElementForces f;
-  f.axial = r.axial;
-  f.torque = r.twisting;
-  // Angles of the start count against the curvature, those of the finish with it.
-  f.start_moment_2 = -r.start_2;
-  f.start_moment_3 = -r.start_3;
-  f.finish_moment_2 = r.finish_2;
-  f.finish_moment_3 = r.finish_3;
-  // The couple of the shears balances the moments.
-  f.shear_3 = (r.start_2 + r.finish_2) / chord;
-  f.shear_2 = -(r.start_3 + r.finish_3) / chord;
-  return f;
-}
-
-double bending_stress(const BeamSection& s, double moment_2, double moment_3) {
-  double stress = 0;
-  if (s.bending_2 > 0) stress += std::abs(moment_2) * s.fibre_3 / s.bending_2;
-  if (s.bending_3 > 0) stress += std::abs(moment_3) * s.fibre_2 / s.bending_3;
-  return s.young * stress;
-}
-
-ElementStresses stresses_of(const BeamSection& s, const ElementForces& f) {
-  ElementStresses result;
-  result.axial = s.young * f.axial / s.stretching;
-  result.bending = std::max(bending_stress(s, f.start_moment_2, f.start_moment_3),
-                            bending_stress(s, f.finish_moment_2, f.finish_moment_3));
-  if (s.torsion > 0) result.torsion = s.shear * std::abs(f.torque) * s.shear_arm / s.torsion;
-  const double normal = std::abs(result.axial) + result.bending;
-  result.equivalent = std::sqrt(normal * normal + 3 * result.torsion * result.torsion);
-  if (s.yield_stress > 0) result.utilisation = result.equivalent / s.yield_stress;
-  return result;
+NaturalModes<double> modes_of(const BeamStructure& structure, const ElementEnds& ends, int e) {
+  return {structure.constants(e), vec(ends.finish - ends.start), triad(ends.start_axes),
+          triad(ends.finish_axes)};
 }
 
 void read_element(const BeamStructure& structure, const BeamState& state, int e,
-                  BeamResults& results) {
-  const ElementConstants<double>& k = structure.constants(e);
-  const ElementEnds ends = structure.ends(state, e);
-  const Triad<double> a = triad(ends.start_axes), b = triad(ends.finish_axes);
-  const NaturalModes<double> q(k, vec(ends.finish - ends.start), a, b);
-  const ElementResponse<double> r(k, q, a, b);
-  const ElementEnergies<double> energies(k, q);
+                  const ElementForceDistribution& distribution, BeamResults& results) {
+  const NaturalModes<double> q = modes_of(structure, structure.ends(state, e), e);
+  const ElementEnergies<double> energies(structure.constants(e), q);
   const BeamElement& element = structure.model().elements[index(e)];
-  results.forces.push_back(forces_of(r, q.chord));
-  results.stresses.push_back(
-      stresses_of(structure.model().sections[index(element.section)], results.forces.back()));
+  const BeamSection& section = structure.model().sections[index(element.section)];
+  const ElementExtremes extremes = extremes_of(distribution);
+  const GoverningStresses governing = governing_stresses(distribution, section, extremes);
+  results.extremes.push_back(extremes);
+  results.forces.push_back(element_forces(extremes, distribution.at(0), distribution.at(1)));
+  results.stresses.push_back(governing.stresses);
+  results.governing_places.push_back(governing.place);
   results.element_energies.push_back(energies.total());
   results.energies.stretching += energies.stretching;
   results.energies.torsion += energies.torsion;
   results.energies.bending_2 += energies.bending_2;
   results.energies.bending_3 += energies.bending_3;
   results.largest_utilisation =
-      std::max(results.largest_utilisation, results.stresses.back().utilisation);
+      std::max(results.largest_utilisation, governing.stresses.utilisation);
   if (element.kind == BeamKind::kBeam) {
     const double least = std::clamp(std::min(q.start.c, q.finish.c), -1.0, 1.0);
     results.largest_bend = std::max(results.largest_bend, std::acos(least));
@@ -71,20 +43,47 @@ void read_element(const BeamStructure& structure, const BeamState& state, int e,
 
 }  // namespace
 
+double strain_force(const BeamStructure& structure, const BeamState& state, int element) {
+  return structure.constants(element).stretching *
+         modes_of(structure, structure.ends(state, element), element).stretch;
+}
+
+ElementForces element_forces(const ElementExtremes& extremes, const SectionForces& start,
+                             const SectionForces& finish) {
+  ElementForces forces;
+  forces.axial = extremes[0].peak();
+  forces.torque = extremes[1].peak();
+  forces.shear_2 = extremes[2].peak();
+  forces.shear_3 = extremes[3].peak();
+  forces.start_moment_2 = start.moment_2;
+  forces.start_moment_3 = start.moment_3;
+  forces.finish_moment_2 = finish.moment_2;
+  forces.finish_moment_3 = finish.moment_3;
+  return forces;
+}
+
 BeamResults results_of(const BeamStructure& structure, const BeamState& state) {
   BeamResults results;
-  for (int e = 0; e < structure.elements(); ++e) read_element(structure, state, e, results);
-  const Eigen::VectorXd missing = elastic_gradient(structure, state) -
-                                  load_vector(structure, NodeLoads::of(structure.model()), state);
+  const NodeLoads loads = NodeLoads::of(structure.model());
+  std::vector<ElementForceDistribution> distributions;
+  std::vector<int> first_part(1, 0);
+  for (int e = 0; e < structure.elements(); ++e) {
+    read_element(structure, state, e, distributions.emplace_back(structure, loads, state, e),
+                 results);
+    first_part.push_back(e + 1);
+  }
+  results.distributions = {std::move(distributions), std::move(first_part)};
+  const Eigen::VectorXd missing =
+      elastic_gradient(structure, state) - load_vector(structure, loads, state);
   results.reaction_forces.setZero(3, structure.nodes());
   results.reaction_moments.setZero(3, structure.nodes());
   for (int i = 0; i < structure.nodes(); ++i) {
+    const Eigen::Matrix3d spins = structure.spin_axes(i, state.rotations[index(i)]);
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d axis = structure.node_axes(i).col(k);
       if (structure.held()[index(6 * i + k)] != 0)
-        results.reaction_forces.col(i) += missing[6 * i + k] * axis;
+        results.reaction_forces.col(i) += missing[6 * i + k] * structure.node_axes(i).col(k);
       if (structure.held()[index(6 * i + 3 + k)] != 0)
-        results.reaction_moments.col(i) += missing[6 * i + 3 + k] * axis;
+        results.reaction_moments.col(i) += missing[6 * i + 3 + k] * spins.col(k);
     }
   }
   return results;

@@ -3,13 +3,14 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "engine/beams/results/force_distribution.h"
 #include "engine/beams/structure/beam_structure.h"
 #include "engine/beams/structure/elastic.h"
 
 namespace limber::beams {
 
-/// Forces and moments in an element: what the part behind a cut does to the part before it, by the
-/// axes of the end's section (axis 1 along the chord).
+/// Forces and moments in an element, by the axes of its sections: axial force, torque and shears
+/// each where its size is largest, with its sign; moments at the ends.
 struct ElementForces {
   double axial = 0;                               // N, tension is positive [force]
   double torque = 0;                              // [force length]
@@ -18,22 +19,15 @@ struct ElementForces {
   double finish_moment_2 = 0, finish_moment_3 = 0;
 };
 
-/// Largest stresses in an element, at its ends [force/length^2]; 0 where the section does not say
-/// what they need.
-struct ElementStresses {
-  double axial = 0;        // N/A, signed
-  double bending = 0;      // of both planes together, at the corner of the section
-  double torsion = 0;      // shear
-  double equivalent = 0;   // von Mises: sqrt((|axial| + bending)^2 + 3 torsion^2)
-  double utilisation = 0;  // equivalent over yield stress
-};
-
 struct BeamResults {
   /// What supports and motions give for balance, in global axes, a column per node; zero where
   /// nothing is held.
   Eigen::Matrix3Xd reaction_forces, reaction_moments;
   std::vector<ElementForces> forces;
-  std::vector<ElementStresses> stresses;
+  std::vector<ElementExtremes> extremes;
+  std::vector<ElementStresses> stresses;  // where the equivalent one is largest along the element
+  std::vector<double> governing_places;   // where that is: share of the length at rest
+  ForceDistributions distributions;
   std::vector<double> element_energies;  // [force length]
   BeamEnergies energies;
   double largest_utilisation = 0;
@@ -42,5 +36,14 @@ struct BeamResults {
 
 /// Everything that is read off a state in balance with the loads of the structure's model.
 [[nodiscard]] BeamResults results_of(const BeamStructure& structure, const BeamState& state);
+
+/// EA times the strain of an element: its axial force, where loads are over it the mean of that
+/// [force].
+[[nodiscard]] double strain_force(const BeamStructure& structure, const BeamState& state,
+                                  int element);
+
+/// Forces and moments of an element whose extremes are known.
+[[nodiscard]] ElementForces element_forces(const ElementExtremes& extremes,
+                                           const SectionForces& start, const SectionForces& finish);
 
 }  // namespace limber::beams

@@ -88,6 +88,8 @@ PresentForces Balance::present(PresentForces in_elements, const NodeLoads& loads
   };
   widen(loads.forces, result.force);
   widen(loads.following_forces, result.force);
+  widen(0.5 * loads.element_forces, result.force);
+  widen(0.5 * loads.following_element_forces, result.force);
   widen(loads.moments, result.moment);
   widen(loads.following_moments, result.moment);
   result.force = std::max(result.force, result.moment / extent_);

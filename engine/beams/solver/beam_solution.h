@@ -31,8 +31,16 @@ enum class BeamMethod {
 };
 [[nodiscard]] const char* to_string(BeamMethod method) noexcept;
 
+/// When elements that are too long to show how they buckle are judged by shorter ones. It may take
+/// as long as the solve.
+enum class FinerJudgement {
+  kAtOnce,
+  kLeft,  // to a call of judge_by_shorter_elements()
+};
+
 struct BeamSolveOptions {
   BeamMethod method = BeamMethod::kChoose;
+  FinerJudgement finer_judgement = FinerJudgement::kAtOnce;
   /// Balance: the largest residual force over the forces present, and moment over the moments
   /// present; in (0, 1).
   double tolerance = 1e-8;
@@ -47,12 +55,11 @@ struct BeamSolveOptions {
   /// Relaxation hands over to Newton at this residual; in (0, 1).
   double hand_over = 2e-4;
   /// Load steps of Newton's method are cut until the structure continues as it went in the step
-  /// before, but for this much turning [rad]; what no cutting makes smaller is a snap. 0: not
-  /// looked at but by kChoose, which then takes that of following(); in [0, 3].
+  /// before, but for this much turning [rad]; what no cutting makes smaller is a snap unless it
+  /// reverses. 0: not looked at but by kChoose, which then takes that of following(); in [0, 3].
   double largest_swerve = 0;
   /// Where steps are watched for swerves: share of the path to which the end of a branch is
-  /// located; in (0, 1]. A longer one takes less work. What a step so short makes is then a snap
-  /// unless the structure returns when the step is taken back.
+  /// located; in (0, 1]. A longer one takes less work.
   double snap_resolution = kFineResolution;
   static constexpr double kFineResolution = 1.0 / 8192;  // of the load path
   /// Of the stiffness, over all load steps: the solve ends at the last load step that this many
@@ -83,11 +90,21 @@ struct BeamProgress {
 };
 using BeamObserver = std::function<void(const BeamProgress&)>;
 
-/// Where along the load path the branch of equilibria ended and the structure went to another.
+/// Where along the load path the branch of equilibria ended and the structure went to another, with
+/// a loss of energy: when loads are taken back it does not return. Buckling is continuous.
 struct BeamSnap {
   double load_factor = 0;
   double turn = 0;  // of a node, or of an element's chord, the largest [rad]
   int node = -1;    // where that is
+};
+
+/// An equilibrium is one of a family of equal energy: the material resists this direction, and the
+/// forces that the structure carries take back exactly as much. Scaled so that the largest turn of
+/// a node, or of an element's chord, is 1 rad.
+struct BeamNeutralDirection {
+  int node = -1;                // that moves most
+  Eigen::Vector3d translation;  // of it, in global axes [length]
+  Eigen::Vector3d rotation;     // [rad]
 };
 
 struct BeamReport {
@@ -113,6 +130,16 @@ struct BeamReport {
   std::string message;  // a sentence for people
   /// In order; what Newton's method saw where it followed the branch.
   std::vector<BeamSnap> snaps;
+  /// Share of loads and motions at which the followed branch first became unstable and continued in
+  /// another that begins there, to 1 %; none where it did not, or was not located.
+  std::optional<double> buckling_share;
+
+  /// Of the answer; empty where there are none. Temporary loads choose the member of the family,
+  /// or else the smallest change.
+  std::vector<BeamNeutralDirection> neutral_directions;
+  /// Elements too long to show how they buckle by themselves, where shorter ones could not judge it
+  /// or say that the answer is unstable.
+  std::vector<int> unjudged_elements;
 
   /// Balanced, but by elements too long for what they do: shorter ones would tell.
   bool is_unresolved = false;

@@ -31,7 +31,8 @@ struct BucklingMode {
   int unknown = -1;
 };
 std::optional<BucklingMode> buckling_mode(const BeamStructure& structure, const Balance& balance,
-                                          const BeamState& state, const JobContext& context) {
+                                          const BeamState& state, const NodeLoads& loads,
+                                          const JobContext& context) {
   Stiffness stiffness(structure);
   stiffness.assemble(state, Compression::kLeftOut);
   if (stiffness.size() == 0 || !stiffness.matrix().coeffs().allFinite()) return {};
@@ -44,7 +45,7 @@ std::optional<BucklingMode> buckling_mode(const BeamStructure& structure, const 
     return {};
   }
   Eigen::SparseMatrix<double> change = stiffness.matrix();
-  stiffness.assemble(state);
+  stiffness.assemble(state, loads);
   change.coeffs() = stiffness.matrix().coeffs() - change.coeffs();
   if (change.coeffs().isZero(0)) return {};
   const CurvedDirection lowest =
@@ -60,15 +61,14 @@ std::optional<BucklingMode> buckling_mode(const BeamStructure& structure, const 
 
 void find_most_compressed(const BeamStructure& structure, const BeamState& state, double share,
                           BucklingEstimate& estimate) {
-  const BeamResults results = results_of(structure, state);
   const BeamModel& model = structure.model();
   for (int i = 0; i < structure.elements(); ++i) {
     const BeamElement& element = model.elements[static_cast<std::size_t>(i)];
     if (element.kind != BeamKind::kBeam) continue;
     const BeamSection& section = model.sections[static_cast<std::size_t>(element.section)];
     const double length = structure.constants(i).length;
-    const double compression = -results.forces[static_cast<std::size_t>(i)].axial / share * length *
-                               length / std::min(section.bending_2, section.bending_3);
+    const double compression = -strain_force(structure, state, i) / share * length * length /
+                               std::min(section.bending_2, section.bending_3);
     if (!(compression > estimate.compression)) continue;
     estimate.compression = compression;
     estimate.element = i;
@@ -107,7 +107,8 @@ std::optional<BucklingEstimate> estimate_buckling(const BeamStructure& structure
   if (newton.balance(state, loading, kFirstShare, kTolerance, kMaxBalanceIterations) !=
       NewtonOutcome::kBalanced)
     return {};
-  const auto mode = buckling_mode(structure, Balance(structure), state, context);
+  const auto mode =
+      buckling_mode(structure, Balance(structure), state, loading.loads(kFirstShare), context);
   if (!mode || !(-mode->quotient > kMinCompressed)) return {};
   BucklingEstimate estimate;
   estimate.load_share = kFirstShare / -mode->quotient;

@@ -103,6 +103,27 @@ void report_status(const BeamStructure& structure, BeamStatus status, int unknow
   }
 }
 
+void report_neutral(const BeamStructure& structure, const BeamState& state,
+                    const Eigen::MatrixXd& neutral, BeamReport& report) {
+  const Balance balance(structure);
+  report.neutral_directions.clear();
+  for (Eigen::Index i = 0; i < neutral.cols(); ++i) {
+    const Eigen::VectorXd direction = neutral.col(i) / balance.size_of(neutral.col(i));
+    int unknown = -1;
+    direction.cwiseProduct(balance.weights().cwiseSqrt()).cwiseAbs().maxCoeff(&unknown);
+    const int node = balance.node_of(unknown);
+    const Eigen::Matrix3d spins =
+        structure.spin_axes(node, state.rotations[static_cast<std::size_t>(node)]);
+    report.neutral_directions.push_back({node,
+                                         structure.node_axes(node) * direction.segment<3>(6 * node),
+                                         spins * direction.segment<3>(6 * node + 3)});
+    report.message +=
+        fmt::format("{} neutral: it is one of a family of equal energy, along which {}",
+                    i == 0 ? "; one direction is" : "; another direction is",
+                    location_text(structure, unknown));
+  }
+}
+
 bool turns_free_nodes(const BeamStructure& structure, const Eigen::Matrix3Xd& moments) {
   for (int i = 0; i < structure.nodes(); ++i) {
     if (moments.col(i).isZero(0)) continue;
@@ -118,7 +139,7 @@ void certify(const BeamStructure& structure, const JobContext& context, const No
              const BeamState& state, BeamReport& report) {
   using Stability = NewtonSolver::Stability;
   NewtonSolver newton(structure, context);
-  const NewtonSolver::Verdict verdict = newton.judge(state);
+  const NewtonSolver::Verdict verdict = newton.judge(state, loads);
   report.factorizations += newton.factorizations();
   if (verdict.stability == Stability::kNotFinite) {
     report.status = BeamStatus::kUnstable;
@@ -127,7 +148,8 @@ void certify(const BeamStructure& structure, const JobContext& context, const No
   }
   const bool is_saddle = verdict.stability == Stability::kSaddle;
   // A direction along which the energy decreases was found.
-  report.negative_eigenvalues = is_saddle ? std::max(1, newton.negative_eigenvalues(state)) : 0;
+  report.negative_eigenvalues =
+      is_saddle ? std::max(1, newton.negative_eigenvalues(state, loads)) : 0;
   if (verdict.stability == Stability::kMechanism) {
     report.negative_eigenvalues.reset();
     report_status(structure, BeamStatus::kMechanism, verdict.unknown, report);
@@ -135,6 +157,8 @@ void certify(const BeamStructure& structure, const JobContext& context, const No
     certify_following(structure, context, loads, state, verdict.unknown, report);
   } else if (is_saddle) {
     report_status(structure, BeamStatus::kUnstable, verdict.unknown, report);
+  } else {
+    report_neutral(structure, state, verdict.neutral, report);
   }
 }
 

@@ -17,6 +17,11 @@ namespace limber::beams::detail {
 void report_status(const BeamStructure& structure, BeamStatus status, int unknown,
                    BeamReport& report);
 
+/// The directions of a family of equilibria that a balanced state belongs to, in words too.
+/// @param neutral  columns by all unknowns; none: nothing changes
+void report_neutral(const BeamStructure& structure, const BeamState& state,
+                    const Eigen::MatrixXd& neutral, BeamReport& report);
+
 /// Does any of the moments act on a node that may turn about more than one axis?
 [[nodiscard]] bool turns_free_nodes(const BeamStructure& structure,
                                     const Eigen::Matrix3Xd& moments);

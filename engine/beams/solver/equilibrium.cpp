@@ -11,8 +11,12 @@
 #include "engine/beams/solver/certificate.h"
 #include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/following_tangent.h"
+#include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
+#include "engine/beams/solver/reversal.h"
+#include "engine/beams/solver/shorter_elements.h"
+#include "engine/beams/solver/step_watch.h"
 #include "engine/beams/solver/uncertain_element.h"
 #include "engine/beams/structure/elastic.h"
 
@@ -219,9 +223,10 @@ struct Attempt {
     else
       path.varies() ? followed(solution) : newton(solution);
     if (is_found(solution)) return;
-    const BeamStatus status = solution.report.status;
-    const double end_of_branch = solution.report.load_factor;
-    const std::optional<double> share = solution.report.equilibrium_share;
+    const BeamSolution branch = solution;
+    const BeamStatus status = branch.report.status;
+    const double end_of_branch = branch.report.load_factor;
+    const std::optional<double> share = branch.report.equilibrium_share;
     BeamSolution other;
     relaxes_first ? newton(other) : both(other);
     add_work(solution.report, other.report);
@@ -235,15 +240,39 @@ struct Attempt {
     solution = std::move(other);
     if (relaxes_first) return;
     solution.report.equilibrium_share = share;
-    if (is_other && end_of_branch < 1)
+    if (!is_other) {
+      solution.report.load_factor = end_of_branch;
+    } else if (end_of_branch < 1) {
+      record_jump(branch, solution);
       solution.report.message += fmt::format(
           "; found by relaxation: the equilibria that lead on from the start were followed to "
           "{:.3g} %",
           100 * end_of_branch);
-    else if (!is_other)
-      solution.report.load_factor = end_of_branch;
+    }
+  }
+
+  /// An answer from which the structure does not return to the end of the branch is on another one.
+  void record_jump(const BeamSolution& branch, BeamSolution& answer) const {
+    const double s = branch.report.load_factor;
+    answer.report.snaps = branch.report.snaps;
+    detail::NewtonSolver newton(structure, context);
+    if (detail::reverses(structure, path, newton, {branch.state, s}, {answer.state, 1})) return;
+    const detail::Turn turn = detail::turn_between(structure, branch.state, answer.state);
+    answer.report.snaps.push_back({s, turn.angle, turn.node});
   }
 };
+
+/// A node that is held about one axis and has swung by half a turn across it.
+void mention_half_swings(const BeamStructure& structure, const BeamState& state,
+                         BeamReport& report) {
+  for (int i = 0; i < structure.nodes(); ++i) {
+    if (!structure.has_swung_by_half_a_turn(state, i)) continue;
+    report.message += fmt::format(
+        "; {} has swung by half a turn across the axis about which it is held: there it takes no "
+        "torque about that axis, and a motion about it does not turn it",
+        node_name(structure.model(), i));
+  }
+}
 
 void explain_failure(const Attempt& attempt, BeamReport& report) {
   try {
@@ -252,6 +281,25 @@ void explain_failure(const Attempt& attempt, BeamReport& report) {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
   }
+}
+
+/// Are elements too long for the equilibrium that was found?
+void doubt_elements(const Attempt& attempt, BeamSolution& solution) {
+  BeamReport& report = solution.report;
+  if (!report.converged()) return;
+  const auto uncertain = detail::find_uncertain_element(attempt.structure, solution.state);
+  if (!uncertain) return;
+  if (!uncertain->hopeless) {
+    report.message += "; " + uncertain->message;
+    return;
+  }
+  const std::size_t element = static_cast<std::size_t>(uncertain->element);
+  report.status = BeamStatus::kUnstable;
+  report.node = attempt.structure.model().elements[element].start;
+  report.message = fmt::format("balanced{}, but {}", report.equilibrium_share ? " at 100 %" : "",
+                               uncertain->message);
+  report.negative_eigenvalues.reset();  // elements so few cannot tell
+  report.is_unresolved = true;
 }
 
 BeamSolution solve(const Attempt& attempt) {
@@ -288,36 +336,43 @@ BeamSolution solve(const Attempt& attempt) {
     solution.report.status = BeamStatus::kUnstable;
     solution.report.message = "the solve diverged: positions are no longer finite";
   }
-  if (solution.report.converged()) {
-    if (const auto uncertain = detail::find_uncertain_element(attempt.structure, solution.state)) {
-      const auto& element =
-          attempt.structure.model().elements[static_cast<std::size_t>(uncertain->element)];
-      if (uncertain->hopeless) {
-        solution.report.status = BeamStatus::kUnstable;
-        solution.report.node = element.start;
-        solution.report.message =
-            fmt::format("balanced{}, but {}", solution.report.equilibrium_share ? " at 100 %" : "",
-                        uncertain->message);
-        solution.report.negative_eigenvalues.reset();  // elements so few cannot tell
-        solution.report.is_unresolved = true;
-      } else {
-        solution.report.message += "; " + uncertain->message;
-      }
-    }
-  }
-  try {
+  try {  // what is balanced stays so
+    doubt_elements(attempt, solution);
+    if (attempt.options.finer_judgement == FinerJudgement::kAtOnce)
+      judge_by_shorter_elements(attempt.structure, solution.state, solution.report,
+                                attempt.context);
     detail::resolve(attempt.structure, attempt.context, attempt.path.loads(1), solution.state,
                     attempt.options.tolerance, solution.report);
-  } catch (const Error& error) {  // what is balanced stays so
+  } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
   }
   if (solution.report.converged()) solution.report.equilibrium_share = 1;
+  mention_half_swings(attempt.structure, solution.state, solution.report);
   explain_failure(attempt, solution.report);
   solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();
   return solution;
 }
 
 }  // namespace
+
+void judge_by_shorter_elements(const BeamStructure& structure, const BeamState& state,
+                               BeamReport& report, const JobContext& context) {
+  using Result = detail::ShorterElements::Result;
+  if (!report.converged()) return;
+  const auto finer = detail::look_with_shorter_elements(structure, state, context);
+  if (!finer || finer->result == Result::kStable) return;
+  report.negative_eigenvalues.reset();
+  report.unjudged_elements = finer->elements;
+  if (finer->result == Result::kNotJudged) {
+    report.message += "; " + finer->message;
+    return;
+  }
+  report.status = BeamStatus::kUnstable;
+  report.node = finer->node;
+  report.message = finer->message;
+  report.equilibrium_share.reset();
+  report.is_unresolved = true;
+}
 
 BeamSolution find_equilibrium(const BeamStructure& structure, const BeamSolveOptions& options,
                               const JobContext& context, const BeamObserver& observer) {

@@ -47,4 +47,11 @@ enum class FoundUnder { kOtherConditions, kTheseConditions };
     const BeamSolveOptions& options = {}, const JobContext& context = {},
     const BeamObserver& observer = {}, FoundUnder found = FoundUnder::kOtherConditions);
 
+/// Do elements that are too long to show how they buckle hide that a balanced state is unstable?
+/// Changes a report that says converged to kUnstable then; where that is not known its message says
+/// so. Names the elements.
+/// @param state, report  of the structure
+void judge_by_shorter_elements(const BeamStructure& structure, const BeamState& state,
+                               BeamReport& report, const JobContext& context = {});
+
 }  // namespace limber::beams

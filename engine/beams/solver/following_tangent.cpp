@@ -10,6 +10,7 @@
 #include "engine/base/index.h"
 #include "engine/base/rotations/exponential_map.h"
 #include "engine/beams/solver/balance.h"
+#include "engine/beams/structure/element_unknowns.h"
 
 namespace limber::beams::detail {
 
@@ -28,7 +29,6 @@ FollowingTangent::FollowingTangent(const BeamStructure& structure)
 
 void FollowingTangent::add_loads(const BeamState& state, const NodeLoads& loads,
                                  std::vector<Eigen::Triplet<double>>& entries) const {
-  const Eigen::VectorXd elastic = elastic_gradient(structure_, state);
   const auto add = [&](int first_row, int first_column, const Eigen::Matrix3d& block) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
@@ -38,21 +38,48 @@ void FollowingTangent::add_loads(const BeamState& state, const NodeLoads& loads,
       }
     }
   };
+  add_spread_loads(state, loads, entries);
   for (int i = 0; i < structure_.nodes(); ++i) {
-    const Eigen::Matrix3d to_node = structure_.node_axes(i).transpose();
     const Eigen::Quaterniond& turned = state.rotations[index(i)];
-    const Eigen::Vector3d force = to_node * (turned * loads.following_forces.col(i));
-    const Eigen::Vector3d moment = to_node * (turned * loads.following_moments.col(i));
+    const Eigen::Matrix3d to_node = structure_.node_axes(i).transpose();
+    const Eigen::Matrix3d spins = structure_.spin_axes(i, turned);
+    const Eigen::Vector3d force = turned * loads.following_forces.col(i);
+    const Eigen::Vector3d moment = turned * loads.following_moments.col(i);
     // Spins do not commute: second derivatives along exp are the symmetric part of how moments
-    // change.
-    const Eigen::Vector3d skew = moment - 0.5 * elastic.segment<3>(6 * i + 3);
-    add(6 * i, 6 * i + 3, rotations::cross_matrix(force));
-    add(6 * i + 3, 6 * i + 3, rotations::cross_matrix(skew));
+    // change, and so half of every moment comes off.
+    const Eigen::Vector3d skew = moment - 0.5 * (moment + loads.moments.col(i));
+    add(6 * i, 6 * i + 3, to_node * rotations::cross_matrix(force) * spins);
+    add(6 * i + 3, 6 * i + 3, spins.transpose() * rotations::cross_matrix(skew) * spins);
+  }
+}
+
+/// Loads over elements that follow, less half of their moments: see add_loads.
+void FollowingTangent::add_spread_loads(const BeamState& state, const NodeLoads& loads,
+                                        std::vector<Eigen::Triplet<double>>& entries) const {
+  for (int e = 0; e < structure_.elements(); ++e) {
+    if (loads.following_element_forces.col(e).isZero(0)) continue;
+    const LoadTransfer transfer = load_transfer(structure_, e);
+    const ElementEnds ends = structure_.ends(state, e);
+    const SpreadLoad load = following_load(structure_, loads, ends, e);
+    ElementMatrix derivative = following_derivative(transfer, ends, load);
+    const ElementVector forces = spread_forces(transfer, ends, load);
+    for (const int spin : {3, 9})
+      derivative.block<3, 3>(spin, spin) +=
+          0.5 * rotations::cross_matrix(Eigen::Vector3d(forces.segment<3>(spin)));
+    const LocalMatrix change = by_unknowns(structure_, state, e, derivative);
+    const ElementUnknowns unknowns = unknowns_of(structure_, e);
+    for (int j = 0; j < unknowns.count; ++j) {
+      const int column = stiffness_.row_of(unknowns.at[index(j)]);
+      for (int i = 0; i < unknowns.count && column >= 0; ++i) {
+        const int row = stiffness_.row_of(unknowns.at[index(i)]);
+        if (row >= 0) entries.emplace_back(row, column, -change(i, j));
+      }
+    }
   }
 }
 
 FollowingTangent::Matrix FollowingTangent::full(const BeamState& state, const NodeLoads& loads) {
-  stiffness_.assemble(state);
+  stiffness_.assemble(state, loads);
   std::vector<Eigen::Triplet<double>> entries;
   const Matrix& lower = stiffness_.matrix();
   for (int column = 0; column < lower.outerSize(); ++column) {
@@ -71,6 +98,7 @@ FollowingTangent::Matrix FollowingTangent::full(const BeamState& state, const No
 
 bool FollowingTangent::factor(const BeamState& state, const NodeLoads& loads) {
   const Matrix tangent = full(state, loads);
+  if (tangent.rows() == 0) return true;
   if (!tangent.coeffs().allFinite()) return false;
   factors_.compute(tangent);
   return factors_.info() == Eigen::Success;
@@ -79,6 +107,7 @@ bool FollowingTangent::factor(const BeamState& state, const NodeLoads& loads) {
 std::optional<int> FollowingTangent::diverging(const BeamState& state, const NodeLoads& loads,
                                                const JobContext& context) {
   const Matrix tangent = full(state, loads);
+  if (tangent.rows() == 0) return 0;
   if (!tangent.coeffs().allFinite()) return {};
   const Balance balance(structure_);
   const Eigen::VectorXd scales =

@@ -22,6 +22,7 @@ class FollowingTangent {
   [[nodiscard]] bool factor(const BeamState& state, const NodeLoads& loads);
   /// By free unknowns, with the last factors.
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) {
+    if (right.size() == 0) return right;
     return factors_.solve(right);
   }
   /// In how many directions a structure diverges that rests at a state: eigenvalues of the tangent
@@ -34,6 +35,8 @@ class FollowingTangent {
 
  private:
   using Matrix = Eigen::SparseMatrix<double>;
+  void add_spread_loads(const BeamState& state, const NodeLoads& loads,
+                        std::vector<Eigen::Triplet<double>>& entries) const;
   void add_loads(const BeamState& state, const NodeLoads& loads,
                  std::vector<Eigen::Triplet<double>>& entries) const;
 

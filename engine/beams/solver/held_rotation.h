@@ -9,8 +9,8 @@ namespace limber::beams::detail {
 
 /// What a node turns by about the axes that supports and motions hold, on its path from s = 0,
 /// where it is, to s = 1, where it shall be (see PrescribedMotion). A rotation is measured by its
-/// state alone: what the free axis does along the path leaves nothing behind. One axis that is held
-/// alone is an axis about which the node does not spin; nothing is measured of that.
+/// state alone: what free axes do along the path leaves nothing behind. About one axis that is held
+/// alone it is the twist that swing_and_twist() finds.
 class HeldRotation {
  public:
   /// Nothing is held.
@@ -25,7 +25,7 @@ class HeldRotation {
                const Eigen::Quaterniond& start, const Eigen::Vector3d& target,
                const std::optional<Eigen::Vector3d>& known);
 
-  /// What is missing to s: spins about axes, zero where they are free [rad].
+  /// What is missing to s: spins about BeamStructure::spin_axes, zero where they are free [rad].
   [[nodiscard]] Eigen::Vector3d spin(const Eigen::Quaterniond& rotation, double s) const;
 
   /// From s = 0 to 1 [rad].
@@ -38,8 +38,10 @@ class HeldRotation {
   [[nodiscard]] Eigen::Vector3d missing(const Eigen::Quaterniond& by_axes,
                                         const Eigen::Vector3d& target) const;
 
+  [[nodiscard]] double missing_twist(const Eigen::Quaterniond& by_axes, double target) const;
+
   int count_ = 0;  // of axes that are held
-  int axis_ = 0;   // the free one of two
+  int axis_ = 0;   // the free one of two, or the one that is held alone
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
   Eigen::Quaterniond base_ = Eigen::Quaterniond::Identity();  // of three: what vectors come after
   Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();

@@ -87,7 +87,8 @@ LoadPath LoadPath::following(const BeamStructure& structure, const BeamState& st
     for (int k = 0; k < 6; ++k)
       if (structure.held()[index(6 * i + k)] != 0) load[k] = 0;
     path.first_.forces.col(i) += structure.node_axes(i) * load.head<3>();
-    path.first_.moments.col(i) += structure.node_axes(i) * load.tail<3>();
+    path.first_.moments.col(i) +=
+        structure.spin_axes(i, start.rotations[index(i)]) * load.tail<3>();
   }
   path.varies_ = true;
   path.temporary_ = NodeLoads::temporary(structure.model());
@@ -176,7 +177,10 @@ double LoadPath::turn() const {
 
 bool LoadPath::begins_unloaded(double share, double length) const {
   const auto size = [length](const NodeLoads& of) {
-    return std::hypot(length * of.forces.norm(), length * of.following_forces.norm(),
+    const double forces = std::hypot(of.forces.norm(), of.following_forces.norm());
+    const double over_elements =
+        std::hypot(of.element_forces.norm(), of.following_element_forces.norm());
+    return std::hypot(length * forces, length * over_elements,
                       std::hypot(of.moments.norm(), of.following_moments.norm()));
   };
   return first_.empty() || size(first_) <= share * size(last_);

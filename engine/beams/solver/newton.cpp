@@ -7,8 +7,9 @@
 #include "engine/base/error.h"
 #include "engine/base/numerics/line_search.h"
 #include "engine/base/numerics/raise_shift.h"
-#include "engine/base/random.h"
 #include "engine/beams/solver/stability.h"
+#include "engine/beams/solver/taut_cables.h"
+#include "engine/beams/solver/zero_modes.h"
 
 namespace limber::beams::detail {
 
@@ -21,6 +22,14 @@ constexpr int kAfterFork = 4;       // iterations where forks are avoided
 constexpr double kSameSide = 1e-9;  // relative difference of energies that does not decide the side
 constexpr double kFirstOfFork = 1e-5;  // [rad]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+// Of the softest bending, per weight: what is added to a stiffness that has neutral directions, so
+// that steps do not go along them. Steps in others are off by 1e-6 of their size at most.
+constexpr double kNeutralShift = 1e-4;
+// Turn of a family of equilibria about its axis over the largest turn of a node or chord along it:
+// a flat arch between clamps turns about their line by its slope's inverse as much.
+constexpr double kTurnOfFamily = 30;
+// Of what the material resists: what is left of it along a neutral direction, at most.
+constexpr double kCancelled = 1e-3;
 
 }  // namespace
 
@@ -35,6 +44,7 @@ bool NewtonSolver::factor_at(double shift) {
     for (int i = 0; i < stiffness_.size(); ++i)
       shifted.valuePtr()[shifted.outerIndexPtr()[i]] += shift * weights_[i];
   }
+  if (stiffness_.size() == 0) return true;
   ++factorizations_;
   try {
     if (!analysed_) factor_.analyse(shifted);
@@ -47,14 +57,24 @@ bool NewtonSolver::factor_at(double shift) {
   return true;
 }
 
-NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state, Forks forks) {
+/// Out of balance, a neutral direction curves by as much, up or down.
+bool NewtonSolver::factor_regularized() {
+  for (const double factor : {1.0, 1e2, 1e4}) {
+    regularization_ = factor * kNeutralShift * balance_.softest();
+    if (factor_at(regularization_)) return true;
+  }
+  return false;
+}
+
+NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state,
+                                                         const NodeLoads& loads, Forks forks) {
   const double before = shift_;
   shift_ = 0;
-  stiffness_.assemble(state);
+  stiffness_.assemble(state, loads);
   // Nodes that coincide, or places that numbers hardly hold.
   is_positive_ = stiffness_.matrix().coeffs().allFinite();
   if (!is_positive_) return Definiteness::kNotFinite;
-  is_positive_ = factor_at(0);
+  is_positive_ = regularization_ > 0 ? factor_regularized() : factor_at(0);
   if (is_positive_) return Definiteness::kPositive;
   // Without what compression does, steps are sure and short: off the end of a branch the stiffness
   // is but little below a positive one, and a shift as little leads on.
@@ -88,7 +108,7 @@ Eigen::VectorXd NewtonSolver::curvature(const BeamState& state, const NodeLoads&
                                         const Eigen::VectorXd& step) {
   const auto residual_at = [&](const BeamState& at) { return residual(at, loads); };
   const Eigen::VectorXd third = balance_.third_derivative(residual_at, state, residual_here, step);
-  return stiffness_.extended(-factor_.solve(stiffness_.restricted(third)));
+  return stiffness_.extended(-solved(stiffness_.restricted(third)));
 }
 
 NewtonSolver::Trial NewtonSolver::go_along(const BeamState& state, const NodeLoads& loads,
@@ -182,57 +202,110 @@ NewtonSolver::Verdict NewtonSolver::verdict(Stability stability,
   return result;
 }
 
-NewtonSolver::Verdict NewtonSolver::judge(const BeamState& state) {
-  if (factor_positive(state) == Definiteness::kNotFinite) return {};
-  return judge_factored(state);
+NewtonSolver::Verdict NewtonSolver::judge(const BeamState& state, const NodeLoads& loads) {
+  if (factor_positive(state, loads) == Definiteness::kNotFinite) return {};
+  return judge_factored(state, loads, residual(state, loads));
 }
 
-/// The factor is that of the stiffness: is there anything that nothing resists?
-NewtonSolver::Verdict NewtonSolver::judge_positive() const {
-  Random random(20);
-  Eigen::VectorXd v(stiffness_.size());
-  for (double& entry : v) entry = random.uniform() - 0.5;
-  v = v.cwiseQuotient(weights_.cwiseSqrt());
-  double previous = 0, value = 0;
-  for (int i = 0; i < 40; ++i) {
-    context_.throw_if_cancelled();
-    v = factor_.solve(weights_.cwiseProduct(v));
-    v /= std::sqrt(v.dot(weights_.cwiseProduct(v)));
-    previous = value;
-    value = v.dot(stiffness_.times(v));
-    if (i > 3 && std::abs(value - previous) < 1e-3 * std::abs(value)) break;
+/// With the last factor, by free unknowns; there may be none.
+Eigen::VectorXd NewtonSolver::solved(const Eigen::VectorXd& right) const {
+  if (stiffness_.size() == 0) return right;
+  return factor_.solve(right);
+}
+
+/// The size of v^T K v below which it is nothing but rounding, or but what is out of balance: along
+/// a curve of equal energy with the tangent v and the curvature w, v^T K v = - g . w. Of a rotation
+/// by an angle, w is as large as v times that angle at each node, and across it.
+double NewtonSolver::allowance(const Eigen::VectorXd& direction, const Eigen::VectorXd& noise,
+                               const Eigen::VectorXd& left) const {
+  const double rounding = direction.dot(noise.cwiseProduct(direction));
+  if (left.size() == 0) return rounding;
+  const Eigen::VectorXd all = stiffness_.extended(direction);
+  const Eigen::VectorXd free = stiffness_.extended(stiffness_.restricted(left));
+  double work = 0;
+  for (Eigen::Index i = 0; i < 6 * structure_.nodes(); i += 3)
+    work += free.segment<3>(i).norm() * all.segment<3>(i).norm();
+  return rounding + kTurnOfFamily * balance_.size_of(all) * work;
+}
+
+/// The factor is that of the stiffness, but for a small shift: is there anything that nothing
+/// resists?
+NewtonSolver::Verdict NewtonSolver::judge_positive(const BeamState& state, const NodeLoads& loads,
+                                                   const Eigen::VectorXd& left) {
+  if (stiffness_.size() == 0) return {Stability::kStable, -1, stiffness_.extended({}), {}};
+  const Eigen::VectorXd rounding = noise();
+  const SoftestModes modes = softest_modes(
+      stiffness_, factor_, weights_,
+      [&](const Eigen::VectorXd& v) { return allowance(v, rounding, left); }, context_);
+  if (modes.next_value < -allowance(modes.next, rounding, left))
+    return verdict(Stability::kSaddle, modes.next);
+  if (modes.zero.cols() == 0) {
+    if (const auto loose =
+            direction_that_slackens(structure_, state, stiffness_, factor_, rounding))
+      return verdict(Stability::kMechanism, *loose);
+    return verdict(Stability::kStable, modes.next);
   }
-  const bool vanishes = std::abs(value) < v.dot(noise().cwiseProduct(v));
-  return verdict(vanishes ? Stability::kMechanism : Stability::kStable, v);
+  stiffness_.assemble(state, Compression::kWithAllForcesLeftOut);
+  const ZeroModes sorted = sorted_by_material(modes.zero, stiffness_, rounding);
+  stiffness_.assemble(state, loads);
+  Eigen::MatrixXd neutral(structure_.unknowns(), 0);
+  const auto add_neutral = [&](const Eigen::VectorXd& v) {
+    neutral.conservativeResize(Eigen::NoChange, neutral.cols() + 1);
+    neutral.rightCols(1) = stiffness_.extended(v);
+  };
+  for (const auto& v : sorted.loose.colwise()) {
+    if (std::abs(v.dot(stiffness_.times(v))) >= v.dot(rounding.cwiseProduct(v))) continue;
+    if (!rolls_at_half_a_turn(structure_, state, stiffness_.extended(v)))
+      return verdict(Stability::kMechanism, v);
+    add_neutral(v);
+  }
+  for (Eigen::Index i = 0; i < sorted.neutral.cols(); ++i) {
+    const Eigen::VectorXd v = sorted.neutral.col(i);
+    if (std::abs(v.dot(stiffness_.times(v))) <= kCancelled * sorted.resistance[i]) add_neutral(v);
+  }
+  if (neutral.cols() == 0) return verdict(Stability::kStable, modes.zero.col(0));
+  is_positive_ = factor_regularized();
+  Verdict result = verdict(Stability::kNeutral, stiffness_.restricted(neutral.col(0)));
+  result.neutral = std::move(neutral);
+  return result;
 }
 
-/// After factor_positive(state). Where the stiffness is not positive definite the factor is that of
-/// another matrix that is: against it a direction is sought along which the stiffness is negative.
-NewtonSolver::Verdict NewtonSolver::judge_factored(const BeamState& state) {
-  if (is_positive_) return judge_positive();
-  stiffness_.assemble(state);
+/// After factor_positive(state, loads). Where the stiffness is not positive definite the factor is
+/// that of another matrix that is: against it a direction is sought along which the stiffness is
+/// negative.
+NewtonSolver::Verdict NewtonSolver::judge_factored(const BeamState& state, const NodeLoads& loads,
+                                                   const Eigen::VectorXd& left) {
+  if (is_positive_) return judge_positive(state, loads, left);
+  stiffness_.assemble(state, loads);
   const Eigen::VectorXd rounding = noise();
   const Eigen::VectorXd v =
       lowest_quotient(stiffness_.matrix(), factor_, weights_, context_).direction;
-  if (v.dot(stiffness_.times(v)) < -v.dot(rounding.cwiseProduct(v)))
+  if (v.dot(stiffness_.times(v)) < -allowance(v, rounding, left))
     return verdict(Stability::kSaddle, v);
+  if (factor_regularized()) {
+    Verdict result = judge_positive(state, loads, left);
+    if (result.stability != Stability::kMechanism) return result;
+  }
+  regularization_ = 0;
+  (void)factor_positive(state, loads);
+  stiffness_.assemble(state, loads);
   const Inertia inertia = inertia_of(stiffness_.matrix(), rounding, context_);
   if (inertia.negative > 0) return verdict(Stability::kSaddle, inertia.direction);
   return verdict(Stability::kMechanism, v);
 }
 
 Eigen::VectorXd NewtonSolver::step_from(const Eigen::VectorXd& residual) const {
-  return stiffness_.extended(factor_.solve(-stiffness_.restricted(residual)));
+  return stiffness_.extended(solved(-stiffness_.restricted(residual)));
 }
 
 std::optional<double> NewtonSolver::turn_left(const BeamState& state, const NodeLoads& loads) {
-  stiffness_.assemble(state);
-  if (!stiffness_.matrix().coeffs().allFinite() || !factor_at(0)) return std::nullopt;
+  const Stability stability = judge(state, loads).stability;
+  if (stability != Stability::kStable && stability != Stability::kNeutral) return std::nullopt;
   return balance_.size_of(step_from(residual(state, loads)));
 }
 
-int NewtonSolver::negative_eigenvalues(const BeamState& state) {
-  stiffness_.assemble(state);
+int NewtonSolver::negative_eigenvalues(const BeamState& state, const NodeLoads& loads) {
+  stiffness_.assemble(state, loads);
   if (!stiffness_.matrix().coeffs().allFinite()) return 0;
   ++factorizations_;
   return inertia_of(stiffness_.matrix(), noise(), context_).negative;
@@ -264,7 +337,7 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
 }
 
 bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
-  const Verdict fork = judge_factored(state);
+  const Verdict fork = judge_factored(state, loads, {});
   if (fork.stability != Stability::kSaddle) return false;
   const double energy = elastic_energies(structure_, state).total();
   const Eigen::VectorXd load = load_vector(structure_, loads, state);
@@ -306,6 +379,7 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
   const NodeLoads loads = path.loads(s);
   watch_.bad_steps = watch_.careful = 0;
   has_forked_ = false;
+  neutral_.resize(0, 0);
   int since_fork = 0;
   Hidden hidden;
   bool has_taken = false;  // in the iteration before
@@ -315,13 +389,15 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     const bool moves = balance_.size_of(held) > 1e-12;
     const Eigen::VectorXd here = residual(state, loads);
     left_ = balance_.imbalance(here, balance_.present(state, loads));
-    if (!here.allFinite() || factor_positive(state, forks) == Definiteness::kNotFinite)
+    if (!here.allFinite() || factor_positive(state, loads, forks) == Definiteness::kNotFinite)
       return NewtonOutcome::kNoProgress;
     if (most_factorizations_ > 0 && factorizations_ >= most_factorizations_) break;
     if (!moves && left_.scaled <= tolerance) {
-      const Verdict verdict = judge_factored(state);
+      const Verdict verdict = judge_factored(state, loads, here);
+      neutral_ = verdict.neutral;
       if (verdict.stability == Stability::kMechanism) return NewtonOutcome::kMechanism;
-      const bool is_stable = verdict.stability == Stability::kStable;
+      const bool is_neutral = verdict.stability == Stability::kNeutral;
+      const bool is_stable = verdict.stability == Stability::kStable || is_neutral;
       if (is_stable && (i == iterations || !is_hidden(here, loads, tolerance, state, hidden)))
         return NewtonOutcome::kBalanced;
       if (!is_stable) {
@@ -343,7 +419,7 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     if (has_forked_ && forks == Forks::kAvoided && ++since_fork > kAfterFork) break;
     Eigen::VectorXd right = -stiffness_.restricted(here);
     if (moves) right -= stiffness_.from_held(held);
-    Eigen::VectorXd step = stiffness_.extended(factor_.solve(right));
+    Eigen::VectorXd step = stiffness_.extended(solved(right));
     if (moves) {
       step += held;
       if (balance_.size_of(step) > kLargestTurnOfIteration) return NewtonOutcome::kTooFar;

@@ -62,6 +62,7 @@ class NewtonSolver {
 
   enum class Stability {
     kStable,     // the stiffness is positive definite
+    kNeutral,    // it is but for directions in which the state is one of a family of equilibria
     kMechanism,  // it is but for a direction in which nothing resists
     kSaddle,     // it is negative in a direction
     kNotFinite,
@@ -72,22 +73,34 @@ class NewtonSolver {
     Stability stability = Stability::kNotFinite;
     int unknown = -1;
     Eigen::VectorXd direction;  // by all unknowns; empty where the stiffness is not finite
+    Eigen::MatrixXd neutral;    // columns by all unknowns; see ZeroModes
   };
-  /// By the inertia of the stiffness at this very state.
-  [[nodiscard]] Verdict judge(const BeamState& state);
+  /// By the inertia of the stiffness at this very state, with the potential of loads over elements.
+  /// What is out of balance there is forgiven: a neutral direction curves by as much.
+  [[nodiscard]] Verdict judge(const BeamState& state, const NodeLoads& loads);
+  /// Of the state that balance() ended at: those of its verdict.
+  [[nodiscard]] const Eigen::MatrixXd& neutral() const { return neutral_; }
   /// How far a step of Newton's method would still turn a balanced state [rad]; nothing where the
   /// stiffness is not positive definite.
   [[nodiscard]] std::optional<double> turn_left(const BeamState& state, const NodeLoads& loads);
   /// Above it, forces that balance within rounding are no equilibrium [rad].
   static constexpr double kResolvedTurn = 1e-3;
   /// Of the stiffness at a state; those that are nothing but rounding do not count.
-  [[nodiscard]] int negative_eigenvalues(const BeamState& state);
+  [[nodiscard]] int negative_eigenvalues(const BeamState& state, const NodeLoads& loads);
 
  private:
-  Definiteness factor_positive(const BeamState& state, Forks forks = Forks::kIgnored);
+  Definiteness factor_positive(const BeamState& state, const NodeLoads& loads,
+                               Forks forks = Forks::kIgnored);
   bool factor_at(double shift);
-  [[nodiscard]] Verdict judge_factored(const BeamState& state);
-  [[nodiscard]] Verdict judge_positive() const;
+  bool factor_regularized();
+  /// @param left  what is out of balance, by all unknowns; empty: nothing
+  [[nodiscard]] Verdict judge_factored(const BeamState& state, const NodeLoads& loads,
+                                       const Eigen::VectorXd& left);
+  [[nodiscard]] Verdict judge_positive(const BeamState& state, const NodeLoads& loads,
+                                       const Eigen::VectorXd& left);
+  [[nodiscard]] double allowance(const Eigen::VectorXd& direction, const Eigen::VectorXd& noise,
+                                 const Eigen::VectorXd& left) const;
+  [[nodiscard]] Eigen::VectorXd solved(const Eigen::VectorXd& right) const;
   [[nodiscard]] Verdict verdict(Stability stability, const Eigen::VectorXd& direction) const;
   [[nodiscard]] Eigen::VectorXd noise() const;
   [[nodiscard]] Eigen::VectorXd residual(const BeamState& state, const NodeLoads& loads) const;
@@ -152,6 +165,8 @@ class NewtonSolver {
   int saddle_unknown_ = -1;
   bool is_positive_ = true;
   bool has_forked_ = false;
+  double regularization_ = 0;  // shift of factors where there are neutral directions; else 0
+  Eigen::MatrixXd neutral_;
 };
 
 }  // namespace limber::beams::detail

@@ -11,9 +11,11 @@
 #include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/relaxation_path.h"
+#include "engine/beams/solver/reversal.h"
 #include "engine/beams/solver/step_watch.h"
 #include "engine/beams/solver/twist_watch.h"
 #include "engine/beams/solver/uncertain_element.h"
+#include "engine/beams/structure/elastic.h"
 
 namespace limber::beams::detail {
 
@@ -36,18 +38,16 @@ constexpr double kShortestFork = 1e-6;  // step at which a fork of branches is t
 constexpr double kToForks = 0.125;      // factor of steps that approach a fork
 constexpr double kLeap = 1.0 / 1024;    // least step over which the structure is relaxed
 constexpr int kStepsOfLeap = 50000;     // of that relaxation, at most
-constexpr double kSnapOfLeap = 2;  // of the largest swerve: a column that buckles turns by less
 constexpr int kIterationsOfWatched = 40;            // as kIterationsOfStep, where steps are watched
 constexpr double kMaxJumpDistanceShare = 1.0 / 64;  // distance from which a known jump is taken
 constexpr double kAfterJump = 1.0 / 16;             // first step after one
 constexpr int kIterationsDown = 50;  // of Newton's method, from the end of a branch down
-constexpr int kIterationsBack = 40;  // of Newton's method, when a step is taken back
-// Of what a step turned by: closer to where the step began, the structure has returned.
-constexpr double kReturned = 0.1;
 // Moments of fixed directions have no potential where nodes may turn about several axes: Newton's
 // method may circle for ever. Where so many steps in a row, each a quarter of the one before, end
 // where the stiffness is not positive, there is nothing to fall to.
 constexpr int kFailuresOfMoments = 5;
+constexpr double kLeastBucklingShare = 1e-7;
+constexpr double kBucklingResolution = 0.01;        // of the share at which it buckles
 constexpr double kMinShareResolution = 1.0 / 1024;  // of the end of the equilibria
 
 /// Load steps of one call.
@@ -74,6 +74,12 @@ class Follower {
     newton_.limit_factorizations(options.factorizations);
   }
 
+  /// A path that begins at one of a family of equilibria does not wander along the family: Newton's
+  /// method is told its directions before anything is out of balance.
+  void begin_in_family() {
+    if (s_ < 1 && carries_forces(structure_, state_)) (void)newton_.judge(state_, path_.loads(s_));
+  }
+
   /// Temporary loads bend what is straight before motions press on it.
   void nudge(const BeamObserver& observer) {
     if (!path_.nudged() || s_ > 0) return;
@@ -89,11 +95,12 @@ class Follower {
     const bool avoids = is_coarse() && approaches_forks_;
     NewtonOutcome outcome = balance(trial, next, avoids ? Forks::kAvoided : Forks::kIgnored);
     if (is_out_of_work()) return end_out_of_work();
+    bool takes_fork = false;
     if (is_fork(trial, next, outcome)) {
       if (step_ > shortest_fork()) {
         if (outcome == NewtonOutcome::kBalanced) {
           const StepWatch::Verdict verdict = watch_.look(state_, trial, next - s_);
-          jump_ = {std::move(trial), next, newton_.left().scaled, outcome, verdict};
+          jump_ = step_to(trial, next, outcome, verdict);
         }
         step_ *= kToForks;
         return true;
@@ -101,6 +108,7 @@ class Follower {
       if (is_coarse()) return leave_branch(context, observer);
       trial = state_;
       outcome = balance(trial, next, Forks::kTaken);
+      takes_fork = true;
     }
     const bool fails = outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism;
     const bool unstable = newton_.saddles() > saddles || (has_moments_ && !newton_.is_positive());
@@ -108,12 +116,20 @@ class Follower {
       unstable_failures_ = fails && unstable ? unstable_failures_ + 1 : 0;
     if (fails)
       return is_near_jump() ? jump(context, observer) : shorten(outcome, context, observer);
-    if (is_watched() && !watch(trial, next, outcome)) return true;
-    approaches_forks_ = is_watched() && !newton_.has_forked();
+    Step step = step_to(trial, next, outcome, {});
+    const bool has_forked = newton_.has_forked();
+    const bool escapes = takes_fork || newton_.saddles() > saddles;
     const bool easy = newton_.iterations() - before <= kEasy;
+    const std::size_t snaps = report_.snaps.size();
+    if (is_watched() && !watch(step)) return true;
+    if (!is_watched() && (escapes || has_forked)) {
+      step.verdict = watch_.look(state_, step.state, step.s - s_);
+      record_jump(step);
+    }
+    if (approaches_forks_ && escapes && report_.snaps.size() == snaps) locate_buckling(next);
+    approaches_forks_ = is_watched() && !has_forked;
     step_ *= std::min(easy ? 2.0 : 1.0, is_watched() ? watch_.factor() : 2.0);
-    return take({std::move(trial), next, newton_.left().scaled, outcome, watch_.verdict()}, context,
-                observer);
+    return take(std::move(step), context, observer);
   }
 
   /// Reports up to where there is an equilibrium: not all states that balance are.
@@ -186,7 +202,13 @@ class Follower {
     double residual = 0;
     NewtonOutcome outcome = NewtonOutcome::kBalanced;
     StepWatch::Verdict verdict;
+    Eigen::MatrixXd neutral;
   };
+  /// What the last balance() led to.
+  [[nodiscard]] Step step_to(const BeamState& state, double s, NewtonOutcome outcome,
+                             const StepWatch::Verdict& verdict) const {
+    return {state, s, newton_.left().scaled, outcome, verdict, newton_.neutral()};
+  }
 
   /// @returns whether to continue
   bool take(Step&& step, const JobContext& context, const BeamObserver& observer) {
@@ -204,8 +226,9 @@ class Follower {
     if (s_ >= 1) {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
       report_status(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
-                    loose ? newton_.judge(state_).unknown : -1, report_);
+                    loose ? newton_.judge(state_, path_.loads(1)).unknown : -1, report_);
       if (!loose) report_.negative_eigenvalues = 0;
+      if (!loose) report_neutral(structure_, state_, step.neutral, report_);
       if (const NodeLoads loads = path_.loads(1); !loose && (loads.follows() || has_moments_))
         certify(structure_, context, loads, state_, report_);
       return false;
@@ -242,29 +265,54 @@ class Follower {
   }
 
   /// @returns false: once more, with a shorter step
-  bool watch(const BeamState& trial, double next, NewtonOutcome outcome) {
-    const StepWatch::Judgement verdict = watch_.judge(state_, trial, s_, next);
-    if (verdict == StepWatch::Judgement::kTooFar) {
-      step_ = (next - s_) * watch_.factor();
-      jump_ = {trial, next, newton_.left().scaled, outcome, watch_.verdict()};
+  bool watch(Step& step) {
+    const StepWatch::Judgement judgement = watch_.judge(state_, step.state, s_, step.s);
+    step.verdict = watch_.verdict();
+    if (judgement == StepWatch::Judgement::kTooFar) {
+      step_ = (step.s - s_) * watch_.factor();
+      jump_ = std::move(step);
       return false;
     }
-    if (verdict == StepWatch::Judgement::kSnap && !returns_from(trial, watch_.verdict().turn))
-      report_.snaps.push_back({next, watch_.verdict().turn, watch_.verdict().node});
+    if (judgement == StepWatch::Judgement::kJump) record_jump(step);
     return true;
   }
 
-  /// Does the structure come back to where it is when a step is taken back? Then it went there on
-  /// one branch, steep as it may be. Known without, where steps are short.
-  [[nodiscard]] bool returns_from(const BeamState& state, double turn) {
-    if (!is_coarse()) return false;
-    BeamState back = state;
-    const NewtonOutcome outcome =
-        newton_.balance(back, path_, s_, passed_tolerance(), kIterationsBack);
+  /// Of a step that is no jump and left a saddle: bisects to where the branch ceases to be stable.
+  void locate_buckling(double next) {
+    if (report_.buckling_share) return;
+    BeamState stable = state_;
+    double low = s_, high = next;
+    // Also at the end: a shorter step may find no saddle at all.
+    for (bool is_located = false; !is_located;) {
+      if (high < kLeastBucklingShare) return;  // nothing was stable
+      is_located = high - low <= kBucklingResolution * high;
+      const double share = is_located ? high : 0.5 * (low + high);
+      BeamState trial = stable;
+      const int saddles = newton_.saddles();
+      const NewtonOutcome outcome = newton_.balance(trial, path_, share, passed_tolerance(),
+                                                    kIterationsOfWatched, Forks::kAvoided);
+      report_.newton_iterations = newton_.iterations();
+      report_.factorizations = newton_.factorizations();
+      if (newton_.has_forked() || newton_.saddles() > saddles) {
+        high = share;
+      } else if (outcome != NewtonOutcome::kBalanced || is_located) {
+        return;
+      } else {
+        low = share;
+        stable = std::move(trial);
+      }
+    }
+    report_.buckling_share = 0.5 * (low + high);
+  }
+
+  /// A step that turned by more than the branch led to, or that was not watched and may have left a
+  /// saddle, is a snap unless it reverses. One without length balances what a relaxation left,
+  /// which is no equilibrium.
+  void record_jump(const Step& step) {
+    if (step.s > s_ && !reverses(structure_, path_, newton_, {state_, s_}, {step.state, step.s}))
+      report_.snaps.push_back({step.s, step.verdict.turn, step.verdict.node});
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
-    if (outcome != NewtonOutcome::kBalanced) return false;
-    return watch_.turn_between(state_, back) < kReturned * turn;
   }
 
   [[nodiscard]] bool is_near_jump() const {
@@ -274,9 +322,7 @@ class Follower {
   bool jump(const JobContext& context, const BeamObserver& observer) {
     Step step = std::move(*jump_);
     jump_.reset();
-    if (step.verdict.swerve > options_.largest_swerve &&
-        !returns_from(step.state, step.verdict.turn))
-      report_.snaps.push_back({step.s, step.verdict.turn, step.verdict.node});
+    if (step.verdict.swerve > options_.largest_swerve) record_jump(step);
     watch_.forget();
     step_ = kAfterJump;
     return take(std::move(step), context, observer);
@@ -294,7 +340,7 @@ class Follower {
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced) return false;
     const StepWatch::Verdict verdict = watch_.look(state_, trial, next - s_);
-    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, verdict};
+    jump_ = step_to(trial, next, outcome, verdict);
     return true;
   }
 
@@ -337,9 +383,7 @@ class Follower {
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced) return false;
     (void)watch_.judge(state_, trial, s_, next);
-    StepWatch::Verdict verdict = watch_.verdict();
-    if (verdict.swerve <= kSnapOfLeap * options_.largest_swerve) verdict.swerve = 0;
-    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, verdict};
+    jump_ = step_to(trial, next, outcome, watch_.verdict());
     may_leap_ = true;
     return true;
   }
@@ -395,7 +439,7 @@ class Follower {
       report_moments();
       return false;
     }
-    const NewtonSolver::Verdict drawn = newton_.judge(structure_.rest_state());
+    const NewtonSolver::Verdict drawn = newton_.judge(structure_.rest_state(), path_.loads(0));
     const bool loose = drawn.stability == NewtonSolver::Stability::kMechanism;
     if (!loose && unstable_failures_ > 0) return end_unstable();
     report_status(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
@@ -429,10 +473,14 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
                  const BeamSolveOptions& options, const JobContext& context,
                  const BeamObserver& observer, BeamState& state, BeamReport& report) {
   Follower follower(structure, path, s, options, state, report, context);
+  follower.begin_in_family();
   follower.nudge(observer);
   while (follower.advance(context, observer)) {
   }
   if (s < 1) follower.report_share(context);
+  if (report.converged() && report.buckling_share)
+    report.message +=
+        fmt::format("; it buckles at {:.2g} % of the path", 100 * *report.buckling_share);
 }
 
 }  // namespace limber::beams::detail

@@ -89,6 +89,7 @@ Relaxation::Relaxation(const BeamStructure& structure, const BeamState& start, E
     const auto first = structure.held().begin() + 6 * i;
     if (std::all_of(first, first + 6, [](auto held) { return held == 0; })) continue;
     row.held = static_cast<int>(held_.size());
+    if (structure.swing(i).axis >= 0) swings_.push_back(i);
     Held& held = held_.emplace_back();
     write(free_directions(i, 0), held.translation);
     write(free_directions(i, 3), held.rotation);
@@ -127,7 +128,12 @@ Relaxation::Relaxation(const BeamStructure& structure, const BeamState& start, E
 
 void Relaxation::set_loads(const NodeLoads& loads) {
   loads_ = loads;
-  loads_follow_ = loads.follows();
+  loads_follow_ = !loads.following_forces.isZero(0) || !loads.following_moments.isZero(0);
+  loaded_.clear();
+  for (int e = 0; e < structure_.elements(); ++e) {
+    if (!loads.element_forces.col(e).isZero(0) || !loads.following_element_forces.col(e).isZero(0))
+      loaded_.push_back({e, load_transfer(structure_, e)});
+  }
   for (int i = 0; i < structure_.nodes(); ++i) {
     Eigen::Map<Eigen::Vector3d>(rows_[index(i)].force) = loads.forces.col(i);
     Eigen::Map<Eigen::Vector3d>(rows_[index(i)].moment) = loads.moments.col(i);
@@ -145,14 +151,62 @@ void Relaxation::turn_loads() {
   }
 }
 
+/// Loads over elements: forces on nodes, after the loads of these, and moments on ends, off those
+/// of the elements.
+void Relaxation::spread_loads() {
+  if (!loads_follow_) {
+    for (int i = 0; i < structure_.nodes(); ++i) {
+      Eigen::Map<Eigen::Vector3d>(rows_[index(i)].force) = loads_.forces.col(i);
+    }
+  }
+  for (const Loaded& loaded : loaded_) {
+    const int e = loaded.element;
+    const BeamElement& element = structure_.model().elements[index(e)];
+    const ElementEnds ends = slot_ends(e);
+    const ElementVector forces =
+        spread_forces(loaded.transfer, ends, load_over(structure_, loads_, ends, e));
+    Eigen::Map<Eigen::Vector3d>(rows_[index(element.start)].force) += forces.segment<3>(0);
+    Eigen::Map<Eigen::Vector3d>(rows_[index(element.finish)].force) += forces.segment<3>(6);
+    for (int c = 0; c < 3; ++c) {
+      responses_.at(e, kStartMoment + c) -= forces[3 + c];
+      responses_.at(e, kFinishMoment + c) -= forces[9 + c];
+    }
+  }
+}
+
+ElementEnds Relaxation::slot_ends(int element) const {
+  const FrameSlot& start = slots_[index(elements_.start_slot(element))];
+  const FrameSlot& finish = slots_[index(elements_.finish_slot(element))];
+  const Eigen::Matrix3d& rest = structure_.rest_axes(element);
+  ElementEnds ends;
+  ends.start = Eigen::Map<const Eigen::Vector3d>(start.position);
+  ends.finish = Eigen::Map<const Eigen::Vector3d>(finish.position);
+  ends.start_axes = quaternion(start.rotation).toRotationMatrix() * rest;
+  ends.finish_axes = quaternion(finish.rotation).toRotationMatrix() * rest;
+  return ends;
+}
+
 Eigen::Matrix3d Relaxation::free_directions(int node, int first) const {
   Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d& axes = structure_.node_axes(node);
+  const Eigen::Matrix3d axes = first < 3 ? structure_.node_axes(node) : spin_axes(node);
   for (int k = 0; k < 3; ++k) {
     if (structure_.held()[index(6 * node + first + k)] == 0)
       result += axes.col(k) * axes.col(k).transpose();
   }
   return result;
+}
+
+Eigen::Matrix3d Relaxation::spin_axes(int node) const {
+  return structure_.spin_axes(node, quaternion(rows_[index(node)].rotation));
+}
+
+/// The directions in which these nodes may spin turn with them.
+void Relaxation::follow_swings() {
+  for (const int node : swings_) {
+    Row& row = rows_[index(node)];
+    write(free_directions(node, 3), held_[index(row.held)].rotation);
+    project(held_[index(row.held)].rotation, row.spin);
+  }
 }
 
 void Relaxation::gather_masses() {
@@ -253,12 +307,19 @@ void Relaxation::accelerate() {
                 moment[c] * (row.spin[c] + 0.5 * row.angular[c]);
     }
   }
+  // Masses are those of some steps ago.
+  for (const int node : swings_) {
+    Row& row = rows_[index(node)];
+    project(held_[index(row.held)].rotation, row.angular);
+  }
 }
 
 void Relaxation::step() {
   if (steps_since_masses_++ >= kStepsOfMasses) gather_masses();
   if (loads_follow_) turn_loads();
   respond();
+  if (!loaded_.empty()) spread_loads();
+  follow_swings();
   accelerate();
   kinetic_energy_ += power_;
   finite_ = std::isfinite(kinetic_energy_);
@@ -339,10 +400,9 @@ void Relaxation::write_slots() {
 void Relaxation::drive(const LoadPath& path, double s) {
   const Eigen::VectorXd increments = path.held_increments(state(), s);
   for (int i = 0; i < structure_.nodes(); ++i) {
-    const Eigen::Matrix3d& axes = structure_.node_axes(i);
     Row& row = rows_[index(i)];
-    const Eigen::Vector3d move = axes * increments.segment<3>(6 * i);
-    const Eigen::Vector3d spin = axes * increments.segment<3>(6 * i + 3);
+    const Eigen::Vector3d move = structure_.node_axes(i) * increments.segment<3>(6 * i);
+    const Eigen::Vector3d spin = spin_axes(i) * increments.segment<3>(6 * i + 3);
     if (!move.isZero(0)) Eigen::Map<Eigen::Vector3d>(row.position) += move;
     if (spin.isZero(0)) continue;
     const Eigen::Quaterniond q = rotation_by(spin) * quaternion(row.rotation);

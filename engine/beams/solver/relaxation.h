@@ -70,6 +70,11 @@ class Relaxation {
     int moment = 0;   //
     double sign = 1;  // of the force
   };
+  /// An element with a load over it.
+  struct Loaded {
+    int element = 0;
+    LoadTransfer transfer;
+  };
   struct Hinge {
     int end = 0;  // of the structure's released ends
     Place place;
@@ -81,9 +86,13 @@ class Relaxation {
   [[nodiscard]] Eigen::Matrix3d hinge_axes(const Hinge& hinge) const;
   void out_of_balance(int node, double force[3], double moment[3]) const;
   [[nodiscard]] bool drives(int node) const;
+  [[nodiscard]] Eigen::Matrix3d spin_axes(int node) const;
+  void follow_swings();
   void gather_masses();
   void respond();
   void turn_loads();
+  void spread_loads();
+  [[nodiscard]] ElementEnds slot_ends(int element) const;
   void accelerate();
   void accelerate_hinges();
   void move();
@@ -102,8 +111,10 @@ class Relaxation {
   std::vector<Place> places_;
   std::vector<Hinge> hinges_;
   std::vector<Held> held_;
+  std::vector<int> swings_;  // nodes that are held about one axis alone
   NodeLoads loads_;
-  bool loads_follow_ = false;
+  bool loads_follow_ = false;  // those on nodes
+  std::vector<Loaded> loaded_;
   double power_ = 0;  // gain of kinetic energy in this step
   double kinetic_energy_ = 0;
   double fastest_ = 0;  // largest spin or speed over length

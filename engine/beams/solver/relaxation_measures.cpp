@@ -71,11 +71,10 @@ Relaxation::Residual Relaxation::residual() const {
   for (int i = 0; i < structure_.nodes(); ++i) {
     double force[3], moment[3];
     out_of_balance(i, force, moment);
-    const Eigen::Matrix3d& axes = structure_.node_axes(i);
     result.unbalanced.segment<3>(6 * i) =
-        axes.transpose() * Eigen::Map<const Eigen::Vector3d>(force);
+        structure_.node_axes(i).transpose() * Eigen::Map<const Eigen::Vector3d>(force);
     result.unbalanced.segment<3>(6 * i + 3) =
-        axes.transpose() * Eigen::Map<const Eigen::Vector3d>(moment);
+        spin_axes(i).transpose() * Eigen::Map<const Eigen::Vector3d>(moment);
   }
   for (const Hinge& hinge : hinges_) {
     const ReleasedEnd& of = structure_.released_ends()[index(hinge.end)];

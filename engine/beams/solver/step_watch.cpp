@@ -13,7 +13,7 @@ namespace {
 // Twice not smaller, in steps of a quarter each, will not get smaller; where it is, is known so
 // well then.
 constexpr double kSame = 0.75;
-constexpr double kShortEnough = 1.0 / 256;  // of the path: longer steps are not judged as snaps
+constexpr double kShortEnough = 1.0 / 256;  // of the path: longer steps are not judged as jumps
 // Smaller shapes than the largest swerve turn over, too: close to where a structure buckles.
 constexpr double kShortestBack = 1e-6;
 constexpr double kSurprise = 0.5;  // of what the step before leads to
@@ -24,9 +24,8 @@ Eigen::Vector3d rotation_between(const Eigen::Quaterniond& from, const Eigen::Qu
   return rotations::logarithm((to * from.conjugate()).normalized());
 }
 
-}  // namespace
-
-Eigen::Matrix3Xd StepWatch::change(const BeamState& from, const BeamState& to) const {
+/// Translations of nodes, then rotation vectors of nodes and of released ends.
+Eigen::Matrix3Xd change_between(const BeamState& from, const BeamState& to) {
   const int nodes = from.nodes(), hinges = static_cast<int>(from.hinge_turns.size());
   Eigen::Matrix3Xd change(3, 2 * nodes + hinges);
   change.leftCols(nodes) = to.positions - from.positions;
@@ -38,35 +37,40 @@ Eigen::Matrix3Xd StepWatch::change(const BeamState& from, const BeamState& to) c
   return change;
 }
 
-StepWatch::Verdict StepWatch::size_of(const Eigen::Matrix3Xd& change) const {
-  Verdict most;
-  const auto note = [&most](double size, int node) {
-    if (size > most.turn) most = {0, size, node};
+Turn largest_turn(const BeamStructure& structure, const Eigen::Matrix3Xd& change) {
+  Turn largest;
+  const auto note = [&largest](double angle, int node) {
+    if (angle > largest.angle) largest = {angle, node};
   };
-  const int nodes = structure_.nodes();
+  const int nodes = structure.nodes();
   for (int i = 0; i < nodes; ++i) note(change.col(nodes + i).norm(), i);
-  for (int e = 0; e < structure_.elements(); ++e) {
-    const BeamElement& element = structure_.model().elements[index(e)];
+  for (int e = 0; e < structure.elements(); ++e) {
+    const BeamElement& element = structure.model().elements[index(e)];
     note((change.col(element.finish) - change.col(element.start)).norm() /
-             structure_.constants(e).length,
+             structure.constants(e).length,
          element.finish);
   }
-  const auto& released = structure_.released_ends();
+  const auto& released = structure.released_ends();
   for (std::size_t i = 0; i < released.size(); ++i)
     note(change.col(2 * nodes + static_cast<int>(i)).norm(), released[i].node);
-  return most;
+  return largest;
+}
+
+}  // namespace
+
+Turn turn_between(const BeamStructure& structure, const BeamState& from, const BeamState& to) {
+  return largest_turn(structure, change_between(from, to));
 }
 
 StepWatch::Verdict StepWatch::look(const Eigen::Matrix3Xd& made, double step) const {
-  Verdict verdict = size_of(made);
-  if (step_ == 0) {
-    verdict.swerve = 0.5 * verdict.turn;
-    return verdict;
-  }
-  const Verdict aside = size_of(made - last_ * (step / step_));
-  verdict.swerve = aside.turn;
-  verdict.node = aside.node;
-  return verdict;
+  const Turn turn = largest_turn(structure_, made);
+  if (step_ == 0) return {0.5 * turn.angle, turn.angle, turn.node};
+  const Turn aside = largest_turn(structure_, made - last_ * (step / step_));
+  return {aside.angle, turn.angle, aside.node};
+}
+
+StepWatch::Verdict StepWatch::look(const BeamState& from, const BeamState& to, double step) const {
+  return look(change_between(from, to), step);
 }
 
 bool StepWatch::goes_back(const Eigen::Matrix3Xd& made, double step) const {
@@ -77,7 +81,7 @@ bool StepWatch::goes_back(const Eigen::Matrix3Xd& made, double step) const {
   return now.cwiseProduct(before).sum() < kBack * size * last && size > last * (step / step_);
 }
 
-bool StepWatch::is_snap(double step, double next) const {
+bool StepWatch::is_jump(double step, double next) const {
   if (step <= shortest_) return true;
   const bool again = next <= too_far_at_ && verdict_.swerve > kSame * too_far_swerve_;
   return again && times_ >= 1 && step <= kShortEnough && verdict_.swerve > kClear * largest_;
@@ -86,7 +90,8 @@ bool StepWatch::is_snap(double step, double next) const {
 bool StepWatch::surprises(const BeamState& from, const BeamState& to, double step) const {
   if (step_ == 0) return true;
   const Eigen::Matrix3Xd led = last_ * (step / step_);
-  return size_of(change(from, to) - led).turn > kSurprise * size_of(led).turn;
+  return largest_turn(structure_, change_between(from, to) - led).angle >
+         kSurprise * largest_turn(structure_, led).angle;
 }
 
 void StepWatch::forget() {
@@ -99,7 +104,7 @@ void StepWatch::forget() {
 StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to, double s,
                                       double next) {
   const double step = next - s;
-  const Eigen::Matrix3Xd made = change(from, to);
+  const Eigen::Matrix3Xd made = change_between(from, to);
   verdict_ = look(made, step);
   if (goes_back(made, step)) {
     factor_ = 0.25;
@@ -109,13 +114,14 @@ StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to
   if (verdict_.swerve <= largest_) {
     last_ = made;
     step_ = step;
-    // Steps do not grow towards where one went too far.
-    factor_ = std::clamp(factor_to_limit, 0.5, next < too_far_at_ ? 1.0 : 2.0);
+    // Steps do not grow beyond where one went too far, which may be many steps away.
+    const double reach = (too_far_at_ - next) / step;
+    factor_ = std::clamp(factor_to_limit, 0.5, reach > 0 ? std::clamp(reach, 1.0, 2.0) : 2.0);
     return Judgement::kContinues;
   }
-  if (is_snap(step, next)) {
+  if (is_jump(step, next)) {
     forget();
-    return Judgement::kSnap;
+    return Judgement::kJump;
   }
   const bool again = next <= too_far_at_ && verdict_.swerve > kSame * too_far_swerve_;
   times_ = again ? times_ + 1 : 0;

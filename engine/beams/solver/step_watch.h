@@ -6,6 +6,14 @@
 
 namespace limber::beams::detail {
 
+/// The largest turn of a node, a released end or an element's chord.
+struct Turn {
+  double angle = 0;  // [rad]
+  int node = -1;     // where it is
+};
+[[nodiscard]] Turn turn_between(const BeamStructure& structure, const BeamState& from,
+                                const BeamState& to);
+
 /// Checks whether load steps continue as the one before went: what distinguishes the followed
 /// branch from another that Newton's method may land on.
 ///
@@ -14,14 +22,14 @@ namespace limber::beams::detail {
 class StepWatch {
  public:
   /// @param largest_swerve  of a step that is taken [rad], > 0
-  /// @param shortest  steps are not cut below it: what such a step does not make small is a snap
+  /// @param shortest  steps are not cut below it: what such a step does not make small is a jump
   StepWatch(const BeamStructure& structure, double largest_swerve, double shortest)
       : structure_(structure), largest_(largest_swerve), shortest_(shortest) {}
 
   enum class Judgement {
     kContinues,  // the next step is compared with this one
     kTooFar,     // once more, shorter
-    kSnap,       // the structure went to another branch; the next step is a first one
+    kJump,       // to another branch, by a snap or a fork; the next step is a first one
   };
   /// Of a step from s to `next`, shares of the path.
   [[nodiscard]] Judgement judge(const BeamState& from, const BeamState& to, double s, double next);
@@ -32,30 +40,21 @@ class StepWatch {
 
   struct Verdict {
     double swerve = 0;  // from straight on; of a first step half of all it makes [rad]
-    double turn = 0;    // of a node, or an element's chord, the largest [rad]
+    double turn = 0;    // the largest [rad]
     int node = -1;      // where the swerve is
   };
   /// Of a step that is not judged.
-  [[nodiscard]] Verdict look(const BeamState& from, const BeamState& to, double step) const {
-    return look(change(from, to), step);
-  }
-  /// The largest turn between two states.
-  [[nodiscard]] double turn_between(const BeamState& from, const BeamState& to) const {
-    return size_of(change(from, to)).turn;
-  }
+  [[nodiscard]] Verdict look(const BeamState& from, const BeamState& to, double step) const;
   /// What the last step judged did.
   [[nodiscard]] const Verdict& verdict() const { return verdict_; }
   /// By which the next step may be longer, or must be shorter, than the last one judged.
   [[nodiscard]] double factor() const { return factor_; }
 
  private:
-  /// Translations of nodes, then rotation vectors of nodes and of released ends.
-  [[nodiscard]] Eigen::Matrix3Xd change(const BeamState& from, const BeamState& to) const;
-  [[nodiscard]] Verdict size_of(const Eigen::Matrix3Xd& change) const;
   [[nodiscard]] Verdict look(const Eigen::Matrix3Xd& made, double step) const;
   /// By more than it advanced before: no smooth path does that in one step.
   [[nodiscard]] bool goes_back(const Eigen::Matrix3Xd& made, double step) const;
-  [[nodiscard]] bool is_snap(double step, double next) const;
+  [[nodiscard]] bool is_jump(double step, double next) const;
 
   const BeamStructure& structure_;
   const double largest_;

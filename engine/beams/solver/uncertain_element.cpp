@@ -45,14 +45,14 @@ struct Uncertainty {
   }
 };
 
-Uncertainty of_pressure(const BeamStructure& structure, const BeamResults& results, int i) {
+Uncertainty of_pressure(const BeamStructure& structure, const BeamState& state, int i) {
   const BeamElement& element = structure.model().elements[static_cast<std::size_t>(i)];
   const BeamSection& section =
       structure.model().sections[static_cast<std::size_t>(element.section)];
   const double length = structure.constants(i).length;
   const double buckles = 4 * std::numbers::pi * std::numbers::pi *
                          std::min(section.bending_2, section.bending_3) / (length * length);
-  const double pressed = -results.forces[static_cast<std::size_t>(i)].axial / buckles;
+  const double pressed = -strain_force(structure, state, i) / buckles;
   return {pressed, pressed > kHopeless, i, Uncertainty::Of::kPressure, pressed};
 }
 
@@ -97,7 +97,6 @@ std::string describe(const BeamModel& model, const Uncertainty& worry) {
 
 std::optional<UncertainElement> find_uncertain_element(const BeamStructure& structure,
                                                        const BeamState& state) {
-  const BeamResults results = results_of(structure, state);
   Uncertainty worst;
   worst.size = 1;
   const auto weigh = [&worst](const Uncertainty& worry) {
@@ -105,7 +104,7 @@ std::optional<UncertainElement> find_uncertain_element(const BeamStructure& stru
   };
   for (int i = 0; i < structure.elements(); ++i) {
     if (structure.model().elements[static_cast<std::size_t>(i)].kind != BeamKind::kBeam) continue;
-    weigh(of_pressure(structure, results, i));
+    weigh(of_pressure(structure, state, i));
     weigh(of_bend(structure, state, i));
   }
   if (const ElementTwist twist = most_twisted(structure, state); twist.element >= 0)

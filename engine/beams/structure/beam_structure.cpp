@@ -7,10 +7,14 @@
 #include "engine/base/error.h"
 #include "engine/base/index.h"
 #include "engine/base/rotations/shortest_rotation.h"
+#include "engine/beams/structure/swing_twist.h"
 
 namespace limber::beams {
 
 namespace {
+
+/// Cosine of half a swing below which it counts as half a turn.
+constexpr double kNearHalfTurn = 1e-3;
 
 /// Stiffness of bending in one plane; shear that is released leaves uniform bending only.
 void set_plane(double stiffness_per_length, bool slides, double& near, double& far) {
@@ -137,6 +141,33 @@ void BeamStructure::hold() {
       if (m.rotates[index(k)]) held_[index(6 * m.node + 3 + k)] = 1;
     }
   }
+  swings_.assign(model_.nodes.size(), {});
+  for (int node = 0; node < nodes(); ++node) {
+    const auto first = held_.begin() + 6 * node + 3;
+    if (std::count(first, first + 3, 1) == 1)
+      swings_[index(node)].axis = static_cast<int>(std::find(first, first + 3, 1) - first);
+  }
+  for (const PrescribedMotion& given : model_.motions) {
+    Swing& swing = swings_[index(given.node)];
+    if (swing.axis >= 0) swing.twist = motion_by_node_axes(given).rotation[swing.axis];
+  }
+}
+
+bool BeamStructure::has_swung_by_half_a_turn(const BeamState& state, int node) const {
+  const Swing& held = swing(node);
+  if (held.axis < 0) return false;
+  const Eigen::Quaterniond by_node =
+      quaternion_by_axes(node_axes(node), state.rotations[index(node)]);
+  return swing_and_twist(by_node, held.axis, held.twist).swing.w() < kNearHalfTurn;
+}
+
+Eigen::Matrix3d BeamStructure::spin_axes(int node, const Eigen::Quaterniond& rotation) const {
+  const Eigen::Matrix3d& axes = node_axes(node);
+  const Swing& held = swing(node);
+  if (held.axis < 0) return axes;
+  const SwingTwist parts =
+      swing_and_twist(quaternion_by_axes(axes, rotation), held.axis, held.twist);
+  return axes * half_of(parts.swing).toRotationMatrix();
 }
 
 PrescribedMotion BeamStructure::motion_by_node_axes(const PrescribedMotion& motion) const {
@@ -158,10 +189,9 @@ BeamState BeamStructure::moved(const BeamState& state,
                                const Eigen::Ref<const Eigen::VectorXd>& increments) const {
   BeamState result = state;
   for (int i = 0; i < nodes(); ++i) {
-    const Eigen::Matrix3d& axes = node_axes(i);
-    result.positions.col(i) += axes * increments.segment<3>(6 * i);
+    result.positions.col(i) += node_axes(i) * increments.segment<3>(6 * i);
     Eigen::Quaterniond& q = result.rotations[index(i)];
-    q = rotation_by(axes * increments.segment<3>(6 * i + 3)) * q;
+    q = rotation_by(spin_axes(i, q) * increments.segment<3>(6 * i + 3)) * q;
     q.normalize();
   }
   for (std::size_t i = 0; i < released_.size(); ++i) {

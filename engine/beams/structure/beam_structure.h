@@ -27,7 +27,9 @@ struct ReleasedEnd {
 ///
 /// Unknowns are increments from a state, 6 * node + axis: translation along, then spin about the
 /// axes of the node's support (its motion's where there is none, global ones where neither is);
-/// then one angle per released rotation. Immutable; may be read from several threads.
+/// then one angle per released rotation. Where a node is held about one axis alone, spins are about
+/// axes that go along with half of its swing (spin_axes). Immutable; may be read from several
+/// threads.
 class BeamStructure {
  public:
   /// @throws Error as validate(model)
@@ -50,10 +52,25 @@ class BeamStructure {
   [[nodiscard]] int released(int element, ElementEnd end) const {
     return released_of_[static_cast<std::size_t>(element)][static_cast<std::size_t>(end)];
   }
-  /// Columns: the axes of a node's unknowns.
+  /// Columns: the axes of a node's translations, and of what supports and motions say of it.
   [[nodiscard]] const Eigen::Matrix3d& node_axes(int node) const {
     return node_axes_[static_cast<std::size_t>(node)];
   }
+  /// Of a node that is held about one axis alone.
+  struct Swing {
+    int axis = -1;     // which one; -1: the node is held about none, or about several
+    double twist = 0;  // that it is brought to [rad]
+  };
+  [[nodiscard]] const Swing& swing(int node) const {
+    return swings_[static_cast<std::size_t>(node)];
+  }
+  /// Is a node held about one axis alone, and has it swung by half a turn across it? There any roll
+  /// about that axis is free.
+  [[nodiscard]] bool has_swung_by_half_a_turn(const BeamState& state, int node) const;
+  /// Columns: the axes of a node's spins, with its rotation from rest. Those of its translations;
+  /// of a node that is held about one axis alone turned by half of its swing, so that a spin about
+  /// the two that are free keeps its twist about the one that is held.
+  [[nodiscard]] Eigen::Matrix3d spin_axes(int node, const Eigen::Quaterniond& rotation) const;
   /// A motion of the model.
   [[nodiscard]] PrescribedMotion motion_by_node_axes(const PrescribedMotion& motion) const;
   /// Per unknown: 1 where it does not follow from forces: supports, motions, and rotations that no
@@ -90,6 +107,7 @@ class BeamStructure {
   std::vector<ReleasedEnd> released_;
   std::vector<std::array<int, 2>> released_of_;
   std::vector<Eigen::Matrix3d> node_axes_;
+  std::vector<Swing> swings_;
   std::vector<char> held_;
   std::vector<double> tributary_;
   int unknowns_ = 0;

@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::int64_t kGrain = 64;  // elements: some 100 microseconds of second derivatives
 
+constexpr double kUnstrained = 1e-14;  // elastic energy over the stiffness of stretching
+
 }  // namespace
 
 BeamEnergies elastic_energies(const BeamStructure& structure, const BeamState& state) {
@@ -24,6 +26,15 @@ BeamEnergies elastic_energies(const BeamStructure& structure, const BeamState& s
     sum.bending_3 += u.bending_3;
   }
   return sum;
+}
+
+bool carries_forces(const BeamStructure& structure, const BeamState& state) {
+  double scale = 0;
+  for (int e = 0; e < structure.elements(); ++e) {
+    const auto& constants = structure.constants(e);
+    scale += constants.stretching * constants.length * constants.length;
+  }
+  return elastic_energies(structure, state).total() > kUnstrained * scale;
 }
 
 Eigen::VectorXd elastic_gradient(const BeamStructure& structure, const BeamState& state) {
@@ -78,6 +89,25 @@ void Stiffness::assemble(const BeamState& state, Compression compression) {
     for (auto e = static_cast<int>(begin); e < static_cast<int>(end); ++e)
       local_[index(e)] = local_hessian(structure_, state, e, compression);
   });
+  add_up();
+}
+
+void Stiffness::assemble(const BeamState& state, const NodeLoads& loads, Compression compression) {
+  if (!loads.loads_elements()) return assemble(state, compression);
+  parallel_for(structure_.elements(), kGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto e = static_cast<int>(begin); e < static_cast<int>(end); ++e) {
+      const LoadTransfer transfer = load_transfer(structure_, e);
+      const ElementEnds ends = structure_.ends(state, e);
+      const SpreadLoad all = load_over(structure_, loads, ends, e);
+      const LocalLoad load{spread_forces(transfer, ends, all),
+                           spread_hessian(transfer, ends, loads.element_forces.col(e))};
+      local_[index(e)] = local_hessian(structure_, state, e, compression, &load);
+    }
+  });
+  add_up();
+}
+
+void Stiffness::add_up() {
   double* const values = matrix_.valuePtr();
   std::fill(values, values + matrix_.nonZeros(), 0.0);
   for (std::size_t e = 0; e < places_.size(); ++e) {

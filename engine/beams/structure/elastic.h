@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/beams/structure/beam_structure.h"
+#include "engine/beams/structure/node_loads.h"
 
 namespace limber::beams {
 
@@ -16,6 +17,9 @@ struct BeamEnergies {
 };
 
 [[nodiscard]] BeamEnergies elastic_energies(const BeamStructure& structure, const BeamState& state);
+
+/// Is anything strained, beyond what rounding leaves?
+[[nodiscard]] bool carries_forces(const BeamStructure& structure, const BeamState& state);
 
 /// dU by all unknowns, held ones too.
 [[nodiscard]] Eigen::VectorXd elastic_gradient(const BeamStructure& structure,
@@ -34,6 +38,9 @@ class Stiffness {
   [[nodiscard]] int size() const { return static_cast<int>(free_.size()); }
 
   void assemble(const BeamState& state, Compression compression = Compression::kCounts);
+  /// The same with the potential of loads over elements that keep their direction.
+  void assemble(const BeamState& state, const NodeLoads& loads,
+                Compression compression = Compression::kCounts);
 
   /// Lower triangle.
   [[nodiscard]] const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
@@ -47,6 +54,8 @@ class Stiffness {
   [[nodiscard]] Eigen::VectorXd extended(const Eigen::VectorXd& free) const;  // zero where held
 
  private:
+  void add_up();
+
   const BeamStructure& structure_;
   std::vector<int> free_;
   std::vector<int> row_of_;  // -1: held

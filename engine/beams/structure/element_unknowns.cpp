@@ -25,7 +25,8 @@ constexpr ElementEnd kEnds[] = {ElementEnd::kStart, ElementEnd::kFinish};
 bool is_plain(const BeamStructure& structure, int element) {
   for (const ElementEnd end : kEnds) {
     if (release_of(structure, element, end) != nullptr) return false;
-    if (!structure.node_axes(node_of(structure, element, end)).isIdentity(0)) return false;
+    const int node = node_of(structure, element, end);
+    if (structure.swing(node).axis >= 0 || !structure.node_axes(node).isIdentity(0)) return false;
   }
   return true;
 }
@@ -37,9 +38,10 @@ Transform transform(const BeamStructure& structure, const BeamState& state, int 
   int column = 12;
   for (const ElementEnd end : kEnds) {
     const int row = 6 * static_cast<int>(end);
-    const Matrix3d& axes = structure.node_axes(node_of(structure, element, end));
-    t.block<3, 3>(row, row) = axes;
-    t.block<3, 3>(row + 3, row + 3) = axes;
+    const int node = node_of(structure, element, end);
+    t.block<3, 3>(row, row) = structure.node_axes(node);
+    t.block<3, 3>(row + 3, row + 3) =
+        structure.spin_axes(node, state.rotations[static_cast<std::size_t>(node)]);
     if (const ReleasedEnd* r = release_of(structure, element, end)) {
       const Matrix3d turned = structure.turned_axes(state, *r);
       t.block(row + 3, column, 3, r->axes) = turned.leftCols(r->axes);
@@ -60,7 +62,8 @@ void add_order_of_rotations(const BeamStructure& structure, const BeamState& sta
     const int row = 6 * static_cast<int>(end) + 3;
     const Vector3d moment = gradient.segment<3>(row);
     const Matrix3d turned = structure.turned_axes(state, *r);
-    const Matrix3d& axes = structure.node_axes(r->node);
+    const Matrix3d axes =
+        structure.spin_axes(r->node, state.rotations[static_cast<std::size_t>(r->node)]);
     for (int k = 0; k < r->axes; ++k) {
       const Vector3d along = turned.col(k);
       const Vector3d mixed = 0.5 * (axes.transpose() * along.cross(moment));
@@ -101,15 +104,32 @@ LocalVector local_gradient(const BeamStructure& structure, const BeamState& stat
   return transform(structure, state, element, count).transpose() * g;
 }
 
+void add_to_unknowns(const BeamStructure& structure, const BeamState& state, int element,
+                     const ElementVector& forces, Eigen::VectorXd& sum) {
+  const ElementUnknowns unknowns = unknowns_of(structure, element);
+  LocalVector local = forces;
+  if (!is_plain(structure, element))
+    local = transform(structure, state, element, unknowns.count).transpose() * forces;
+  for (int k = 0; k < unknowns.count; ++k)
+    sum[unknowns.at[static_cast<std::size_t>(k)]] += local[k];
+}
+
+LocalMatrix by_unknowns(const BeamStructure& structure, const BeamState& state, int element,
+                        const ElementMatrix& matrix) {
+  if (is_plain(structure, element)) return matrix;
+  const Transform t = transform(structure, state, element, unknowns_of(structure, element).count);
+  return t.transpose() * matrix * t;
+}
+
 LocalMatrix local_hessian(const BeamStructure& structure, const BeamState& state, int element,
-                          Compression compression) {
+                          Compression compression, const LocalLoad* load) {
   const ElementEnds ends = structure.ends(state, element);
-  const ElementMatrix h = element_hessian(structure.constants(element), ends, compression);
+  ElementMatrix h = element_hessian(structure.constants(element), ends, compression);
+  if (load != nullptr) h += load->hessian;
   if (is_plain(structure, element)) return h;
-  const int count = unknowns_of(structure, element).count;
-  const Transform t = transform(structure, state, element, count);
-  LocalMatrix result = t.transpose() * h * t;
-  const ElementVector g = element_gradient(structure.constants(element), ends);
+  LocalMatrix result = by_unknowns(structure, state, element, h);
+  ElementVector g = element_gradient(structure.constants(element), ends);
+  if (load != nullptr) g -= load->forces;
   add_order_of_rotations(structure, state, element, g, result);
   return result;
 }

@@ -23,8 +23,22 @@ struct ElementUnknowns {
 
 [[nodiscard]] LocalVector local_gradient(const BeamStructure& structure, const BeamState& state,
                                          int element);
+/// Adds what forces and moments on the twelve of an element are on the unknowns of the structure.
+void add_to_unknowns(const BeamStructure& structure, const BeamState& state, int element,
+                     const ElementVector& forces, Eigen::VectorXd& sum);
+
+/// Of a load over an element: forces on its twelve, and the second derivatives of its potential.
+struct LocalLoad {
+  ElementVector forces;
+  ElementMatrix hessian;
+};
+/// Second derivatives by the element's unknowns.
+/// @param load  over the element; null: of the elastic energy alone
 [[nodiscard]] LocalMatrix local_hessian(const BeamStructure& structure, const BeamState& state,
-                                        int element,
-                                        Compression compression = Compression::kCounts);
+                                        int element, Compression compression = Compression::kCounts,
+                                        const LocalLoad* load = nullptr);
+/// A matrix by the element's twelve as one by its unknowns.
+[[nodiscard]] LocalMatrix by_unknowns(const BeamStructure& structure, const BeamState& state,
+                                      int element, const ElementMatrix& matrix);
 
 }  // namespace limber::beams

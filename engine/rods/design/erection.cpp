@@ -9,6 +9,7 @@
 
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/equilibrium/linkage_forces.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "engine/rods/linkage/joint_positions.h"
 
@@ -74,7 +75,34 @@ struct Opened {
   int iterations = 0;  // Newton steps
   double distance = 0;
   std::string message;
+  Eigen::Matrix3Xd open;
+  std::vector<double> angles, moments;  // see Erection
+  std::optional<JointLoad> support;
 };
+
+/// Notes what holds the linkage at a step of its opening.
+void note_forces(const LinkageModel& model, const LinkageState& state, const Conditions& stage,
+                 Opened& opened) {
+  const LinkageForces forces = forces_in(model, state, stage);
+  opened.angles.push_back(state.mean_opening_angle());
+  opened.moments.push_back(forces.opening_moment);
+  if (!opened.support) return;
+  JointLoad& support = *opened.support;
+  support.force =
+      support.force.cwiseMax(forces.reaction_forces.col(support.joint).cwiseAbs()).eval();
+  support.moment =
+      support.moment.cwiseMax(forces.reaction_moments.col(support.joint).cwiseAbs()).eval();
+}
+
+/// So many of the steps that a plan stays short; the first and the last are among them.
+void thin_out(std::vector<double>& values) {
+  constexpr std::size_t kPlanned = 9;
+  if (values.size() <= kPlanned) return;
+  std::vector<double> kept;
+  for (std::size_t i = 0; i < kPlanned; ++i)
+    kept.push_back(values[i * (values.size() - 1) / (kPlanned - 1)]);
+  values = std::move(kept);
+}
 
 Opened open(const LinkageModel& model, const Conditions& flat, const Conditions& deployed,
             const DesignPoint& point, const std::vector<JointLoad>& push, double step,
@@ -83,16 +111,27 @@ Opened open(const LinkageModel& model, const Conditions& flat, const Conditions&
   LinkageState state = point.flat;
   Conditions held = flat;
   Opened opened;
+  const std::vector<Conditions> stages = erection_stages(point.flat, deployed, push);
+  const std::size_t opening = stages.size() > 1 ? 1 : 0;
+  const auto holds_motion = [](const JointPin& pin) { return pin.hold != Hold::kAngle; };
+  const auto& pins = stages[opening].pins;
+  const auto held_joint = std::find_if(pins.begin(), pins.end(), holds_motion);
+  if (held_joint != pins.end()) opened.support = JointLoad{held_joint->joint};
   DeploymentOptions options;
   options.smallest_step = step / 64;
   options.most_ends = 5;
   options.most_iterations = 500;
-  for (const Conditions& stage : erection_stages(point.flat, deployed, push)) {
+  for (std::size_t k = 0; k < stages.size(); ++k) {
+    const Conditions& stage = stages[k];
+    if (k == opening) note_forces(model, state, k > 0 ? stages[0] : flat, opened);
     const bool opens =
         std::abs(*stage.mean_opening_angle - state.mean_opening_angle()) > 1e-6;  // [rad]
     options.first_step = options.largest_step = opens ? step : 0.25;
     const DeploymentReport report =
-        deploy(equilibrium, state, held, stage, options, JobContext{job.cancellation, {}});
+        deploy(equilibrium, state, held, stage, options, JobContext{job.cancellation, {}},
+               [&](const DeploymentStep&, const LinkageState& at) {
+                 if (k == opening) note_forces(model, at, stage, opened);
+               });
     job.throw_if_cancelled();
     opened.iterations += report.iterations;
     opened.message = report.message;
@@ -100,14 +139,37 @@ Opened open(const LinkageModel& model, const Conditions& flat, const Conditions&
     held = stage;
   }
   opened.reached = true;
-  opened.distance = distance_between_shapes(state, point.deployed);
+  opened.open = joint_positions(state);
+  opened.distance = distance_between_shapes(opened.open, joint_positions(point.deployed));
+  thin_out(opened.angles);
+  thin_out(opened.moments);
+  if (!opened.moments.empty())
+    opened.moments.back() = forces_in(model, state, deployed).opening_moment;
   return opened;
 }
 
 }  // namespace
 
+std::vector<JointLoad> turned_push(const std::vector<JointLoad>& push, const Eigen::Matrix3Xd& flat,
+                                   const Eigen::Matrix3Xd& joints) {
+  const Eigen::Matrix3d turn = fitted({}, flat, joints).rotation.toRotationMatrix();
+  std::vector<JointLoad> turned = push;
+  for (JointLoad& load : turned) {
+    load.force = (turn * load.force).eval();
+    load.moment = (turn * load.moment).eval();
+  }
+  return turned;
+}
+
 double distance_between_shapes(const LinkageState& a, const LinkageState& b) {
-  const Eigen::Matrix3Xd from = joint_positions(a), to = joint_positions(b);
+  return distance_between_shapes(joint_positions(a), joint_positions(b));
+}
+
+double distance_to_mirror_image(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  return distance_between_shapes(a, -b);
+}
+
+double distance_between_shapes(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
   const SurfacePlacement moved = fitted({}, from, to);
   const Eigen::Matrix3Xd apart =
       ((moved.rotation.toRotationMatrix() * from).colwise() + moved.translation) - to;
@@ -115,14 +177,15 @@ double distance_between_shapes(const LinkageState& a, const LinkageState& b) {
 }
 
 std::vector<Conditions> erection_stages(const LinkageState& flat, const Conditions& to,
-                                        const std::vector<JointLoad>& push) {
+                                        const std::vector<JointLoad>& push,
+                                        std::optional<int> support) {
   if (push.empty()) return {to};
   Conditions pushed = to;
   pushed.loads.insert(pushed.loads.end(), push.begin(), push.end());
   const bool is_held = std::any_of(to.pins.begin(), to.pins.end(),
                                    [](const JointPin& pin) { return pin.hold != Hold::kAngle; });
   if (!is_held) {
-    const int middle = middle_joint(flat);
+    const int middle = support.value_or(middle_joint(flat));
     const auto pin = std::find_if(pushed.pins.begin(), pushed.pins.end(),
                                   [&](const JointPin& other) { return other.joint == middle; });
     if (pin != pushed.pins.end()) {
@@ -169,9 +232,17 @@ ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
     }
     nearest = std::min(nearest, opened.distance);
     if (opened.distance > kSameShape * extent) continue;
-    return {Erection{point.flat.mean_opening_angle(), *deployed.mean_opening_angle, tried,
-                     opened.distance},
-            ""};
+    Erection found;
+    found.flat_angle = point.flat.mean_opening_angle();
+    found.mean_angle = *deployed.mean_opening_angle;
+    found.push = tried;
+    found.distance = opened.distance;
+    found.flat = joints;
+    found.open = std::move(opened.open);
+    found.angles = std::move(opened.angles);
+    found.moments = std::move(opened.moments);
+    found.support = opened.support;
+    return {std::move(found), ""};
   }
   if (std::isfinite(nearest)) {
     return {std::nullopt, fmt::format("opened from flat, with and without forces that push it out "

@@ -20,17 +20,37 @@ struct Erection {
   /// Root mean square distance of joints between the shape it leads to and the designed one, after
   /// the best rigid motion [length].
   double distance = 0;
+  Eigen::Matrix3Xd flat, open;  // joints where it begins, for which the push is given, and ends
+  /// Mean opening angles of the opening, from flat_angle to mean_angle [rad], and what has to act
+  /// on every joint to hold them: with the push, at the last one without [force length]; > 0 opens.
+  std::vector<double> angles, moments;
+  /// The joint that is held while the linkage is pushed, by a pin of its own or for that time, with
+  /// the greatest components of force and moment that this takes, by magnitude. The push bends the
+  /// linkage against it: held elsewhere, it may open to another branch.
+  std::optional<JointLoad> support;
 };
 
+/// The push for a flat shape that lies elsewhere: turned as the rigid motion that brings the joints
+/// of the flat shape next to it best. A linkage lies anywhere, and its push is of its own.
+[[nodiscard]] std::vector<JointLoad> turned_push(const std::vector<JointLoad>& push,
+                                                 const Eigen::Matrix3Xd& flat,
+                                                 const Eigen::Matrix3Xd& joints);
+
 /// Conditions to be reached one after the other: the push alone, opened with the push, and `to`. A
-/// linkage of which no pin holds a joint's motion is held at its middle joint while it is pushed.
+/// linkage of which no pin holds a joint's motion is held at a joint while it is pushed.
+/// @param support  that joint; empty: the middle one
 [[nodiscard]] std::vector<Conditions> erection_stages(const LinkageState& flat,
                                                       const Conditions& to,
-                                                      const std::vector<JointLoad>& push);
+                                                      const std::vector<JointLoad>& push,
+                                                      std::optional<int> support = {});
 
 /// Root mean square distance of the joints of two shapes after the best rigid motion, which does
 /// not mirror [length].
+[[nodiscard]] double distance_between_shapes(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 [[nodiscard]] double distance_between_shapes(const LinkageState& a, const LinkageState& b);
+
+/// The same to the mirror image of b.
+[[nodiscard]] double distance_to_mirror_image(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 
 struct ErectionSearch {
   std::optional<Erection> found;

@@ -53,7 +53,8 @@ LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout,
   constexpr double kMaxHeightErrorShare = 0.05;  // of the height
   constexpr double kLow = 0.05;                  // of it: nothing to be extrapolated from
   constexpr double kSlope = 0.87;                // of the squared height over the drive, about
-  const SectionStiffness rods = section_stiffness(section_properties(section), kAny);
+  const SectionStiffness rods =
+      section_stiffness(section_properties(section), kAny, StiffAxis::kAsGiven);
   LayoutDrive best;
   double below = 0, above = std::numeric_limits<double>::infinity(), drive = 2;
   double last_drive = 0, last_square = 0;  // of a grid that left its plane; 0: of none

@@ -103,7 +103,8 @@ Eigen::VectorXd push_of(const GridOnSurface& on_surface, double size, const Sect
   const Eigen::VectorXd heights = heights_of(on_surface);
   const double highest = heights.cwiseAbs().maxCoeff();
   if (!(highest > 0)) return Eigen::VectorXd::Zero(heights.size());
-  const double bending = section_properties(section).second_moment_2;
+  const double bending =
+      section_stiffness(section_properties(section), {1, 0}, StiffAxis::kAsGiven).bending_2;
   return kPushShare * bending / (size * size * highest) * heights;
 }
 
@@ -120,11 +121,14 @@ FoundDrive drive_of(const GridOnSurface& twin, const StartingGridOptions& option
                                             kLeastAngle * options.flat_angle, *options.section);
   if (!found.has_opened) return {};
   if (!(found.height > kMissed * target_height)) {
-    throw Error(ErrorCode::kInvalidArgument, "section",
-                fmt::format("opened, a grid of such rods stays in its plane, or nearly: {:.3g} "
-                            "high for {:.3g} of the surface, both root mean square. Rods leave it "
-                            "that are stiff sideways, as strips of thin rectangles are",
-                            found.height, target_height));
+    throw Error(
+        ErrorCode::kInvalidArgument, "section",
+        fmt::format(
+            "opened, a grid of such rods stays in its plane, or nearly: {:.3g} "
+            "high for {:.3g} of the surface, both root mean square. Rods leave it "
+            "that are stiff sideways, as strips of thin rectangles are that lie flat: wider "
+            "than they are high",
+            found.height, target_height));
   }
   const GridCurvature curvature = grid_curvature(twin.lines, twin.points);
   return {found.drive,

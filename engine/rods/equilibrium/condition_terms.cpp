@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace limber::rods::detail {
 namespace {
@@ -144,7 +145,7 @@ void ConditionTerms::add_both(const LinkageState& state, Eigen::Ref<Eigen::Vecto
       add_to_vertex(segment, i, -vertex_lengths_[first_vertex_[s] + i] * weight_, gradient);
   }
   for (const SpringPoint& spring : springs_) {
-    const Eigen::Vector3d pull = spring.stiffness * (place(state, spring) - spring.target);
+    const Eigen::Vector3d pull = -this->pull(state, spring);
     if (spring.joint >= 0) {
       gradient.segment<3>(model_.variables().joint_begin(spring.joint)) += pull;
     } else {
@@ -174,6 +175,22 @@ void ConditionTerms::add_ends(const LinkageState& state, Eigen::Ref<Eigen::Vecto
   }
 }
 
+Eigen::Matrix<double, kJointUnknowns, 1> ConditionTerms::end_gradient(const LinkageState& state,
+                                                                      int segment, End end) const {
+  const std::size_t index = 2 * static_cast<std::size_t>(segment) + end;
+  if (touched_[index] == 0) return Eigen::Matrix<double, kJointUnknowns, 1>::Zero();
+  const Segment& of = model_.graph().segments[static_cast<std::size_t>(segment)];
+  const auto& joint = state.joints()[static_cast<std::size_t>(of.joints[end])];
+  return terminal_gradient(terminal_edge_source(joint, of.rods[end], of.signs[end]), ends_[index]);
+}
+
+Eigen::Vector3d ConditionTerms::weight(int segment) const {
+  if (first_vertex_.empty()) return Eigen::Vector3d::Zero();
+  const auto first = vertex_lengths_.begin() + first_vertex_[static_cast<std::size_t>(segment)];
+  const int vertices = model_.variables().edges(segment) + 1;
+  return std::accumulate(first, first + vertices, 0.0) * weight_;
+}
+
 std::vector<ConditionTerms::Resultant> ConditionTerms::resultants() const {
   const LinkageGraph& graph = model_.graph();
   std::vector<Resultant> result(static_cast<std::size_t>(graph.components));
@@ -201,7 +218,7 @@ std::vector<ConditionTerms::Resultant> ConditionTerms::resultants() const {
 double ConditionTerms::largest_force(const LinkageState& state) const {
   double largest = largest_load_;
   for (const SpringPoint& spring : springs_) {
-    largest = std::max(largest, spring.stiffness * (place(state, spring) - spring.target).norm());
+    largest = std::max(largest, pull(state, spring).norm());
   }
   return largest;
 }

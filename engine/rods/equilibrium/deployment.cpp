@@ -12,6 +12,7 @@
 #include "engine/rods/equilibrium/condition_path.h"
 #include "engine/rods/equilibrium/damped_descent.h"
 #include "engine/rods/equilibrium/deployment_text.h"
+#include "engine/rods/equilibrium/equilibrium_text.h"
 #include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
@@ -73,6 +74,8 @@ class Deployment {
     }
     if (progress_ > 0) report_.held = path_.at(progress_);
     if (report_.status == DeploymentStatus::kReached) report_.message = "reached";
+    if (report_.status == DeploymentStatus::kReached && !report_.end.is_minimum)
+      report_.message += fmt::format("; {}", detail::kSlowMotionsOnly);
     const std::string events = detail::describe_events(report_.path);
     if (!events.empty()) report_.message += "; " + events;
     return report_;
@@ -159,7 +162,7 @@ class Deployment {
       trial.state = state_.moved(model_, guess);
     }
     EquilibriumOptions options = options_.last;
-    if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
+    if (!last) options.tolerance = step_tolerance();
     if (shortenable(length))
       options.max_iterations = std::min(options.max_iterations, options_.patience);
     const Conditions conditions = path_.at(progress_ + length);
@@ -184,6 +187,16 @@ class Deployment {
     return trial;
   }
 
+  /// Forces that are left turn eigenvalues of a tangent that is not symmetric by much more than
+  /// their size: under moments all steps are as fine as the last one.
+  [[nodiscard]] double step_tolerance() const {
+    const auto has_moment = [](const JointLoad& load) { return !load.moment.isZero(0); };
+    const bool is_fine = std::any_of(from_.loads.begin(), from_.loads.end(), has_moment) ||
+                         std::any_of(to_.loads.begin(), to_.loads.end(), has_moment);
+    return is_fine ? options_.last.tolerance
+                   : std::max(options_.last.tolerance, options_.step_tolerance);
+  }
+
   /// To the branch that is below where this one is lost.
   Trial fall(double length, bool last, const Trial& lost, const JobContext& context) {
     Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, 0, false};
@@ -199,7 +212,7 @@ class Deployment {
     trial.report.status = EquilibriumStatus::kCancelled;
     if (end == detail::DampedDescent::End::kCancelled) return trial;
     EquilibriumOptions options = options_.last;
-    if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
+    if (!last) options.tolerance = step_tolerance();
     solve(conditions, options, context, trial);
     trial.report.escapes = std::max(1, trial.report.escapes);
     trial.error = trial.beside = scales_.largest_turn(model_, state_, trial.increment);

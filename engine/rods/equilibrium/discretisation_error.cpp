@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/linkage/linkage_strains.h"
 
 namespace limber::rods {
 namespace {
@@ -48,8 +49,25 @@ double unstrained_energy(const LinkageModel& model) {
 
 }  // namespace
 
-DiscretisationEstimator::DiscretisationEstimator(const LinkageModel& model)
-    : halved_(model), equilibrium_(halved_.model()) {}
+DiscretisationEstimator::DiscretisationEstimator(const LinkageModel& model,
+                                                 std::optional<LinkageStressModel> stresses)
+    : halved_(model), stresses_(std::move(stresses)), equilibrium_(halved_.model()) {}
+
+DiscretisationError::Stress DiscretisationEstimator::stress_error(
+    const LinkageModel& model, const LinkageState& state, const LinkageState& halved) const {
+  const auto largest = [&](const LinkageModel& of, const LinkageState& shape) {
+    return largest_stresses(stresses_->evaluate(of, linkage_strains(of, shape)));
+  };
+  const Eigen::VectorXd given = largest(model, state), fine = largest(halved_.model(), halved);
+  const Eigen::VectorXd errors = (fine - given) / kChangedShare;
+  DiscretisationError::Stress result;
+  Eigen::Index segment = 0;
+  result.error = errors.cwiseAbs().maxCoeff(&segment);
+  result.segment = static_cast<int>(segment);
+  const double limit = (given + errors).maxCoeff();
+  if (limit > kNoStrain * stresses_->youngs_modulus()) result.share = result.error / limit;
+  return result;
+}
 
 DiscretisationError DiscretisationEstimator::estimate(const LinkageModel& model,
                                                       const LinkageState& state,
@@ -94,6 +112,7 @@ DiscretisationError DiscretisationEstimator::estimate(const LinkageModel& model,
   const double error = (fine_energy - given_energy) / kChangedShare;
   const double limit = given_energy + error;
   if (std::abs(limit) > unstrained_energy(model)) result.energy_error = std::abs(error / limit);
+  if (stresses_) result.stress = stress_error(model, state, end);
   return result;
 }
 

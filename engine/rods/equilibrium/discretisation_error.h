@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 
 #include "engine/base/job.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/halved_linkage.h"
+#include "engine/rods/linkage/linkage_stresses.h"
 
 namespace limber::rods {
 
@@ -24,6 +26,14 @@ struct DiscretisationError {
   int iterations = 0;      // Newton steps from the one to the other
   /// Of each segment: what halving changes of its elastic energy [force length].
   Eigen::VectorXd energy_changes;
+  /// Of the largest stress of a segment (largest_stresses): the greatest error of all segments, the
+  /// segment that has it, and its share of the largest stress of all. Empty: not requested.
+  struct Stress {
+    double error = 0;  // [force/length^2]
+    double share = 0;
+    int segment = 0;
+  };
+  std::optional<Stress> stress;
   /// Why there is no estimate; empty: there is one.
   std::string message;
 
@@ -34,8 +44,10 @@ struct DiscretisationError {
 /// its symbolic factorisation stay. Not from several threads at once.
 class DiscretisationEstimator {
  public:
-  /// @param model  its graph, edges, stiffness and form; sizes may change
-  explicit DiscretisationEstimator(const LinkageModel& model);
+  /// @param model     its graph, edges, stiffness and form; sizes may change
+  /// @param stresses  of its rods; empty: errors of stresses are not estimated
+  explicit DiscretisationEstimator(const LinkageModel& model,
+                                   std::optional<LinkageStressModel> stresses = {});
 
   /// Solves for the equilibrium with half edges that is near to the given one.
   /// @param model       as in the constructor, with the sizes of the shape
@@ -47,7 +59,12 @@ class DiscretisationEstimator {
                                              const JobContext& job = {});
 
  private:
+  [[nodiscard]] DiscretisationError::Stress stress_error(const LinkageModel& model,
+                                                         const LinkageState& state,
+                                                         const LinkageState& halved) const;
+
   HalvedLinkage halved_;
+  std::optional<LinkageStressModel> stresses_;
   LinkageEquilibrium equilibrium_;
 };
 

@@ -9,6 +9,11 @@
 // Messages on equilibria that were not found: what, where, how much, and what to do.
 namespace limber::rods::detail {
 
+/// Of equilibria that are no minima.
+inline constexpr const char* kSlowMotionsOnly =
+    "moments of fixed direction have no potential: the shape returns from slow motions, whether "
+    "masses make it flutter is not judged";
+
 /// "joint 7", or "segment 3".
 [[nodiscard]] std::string place_of(const ReducedVariables& variables, int unknown);
 

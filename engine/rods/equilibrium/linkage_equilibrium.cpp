@@ -89,6 +89,15 @@ const Eigen::VectorXd& LinkageEquilibrium::last_increment() const {
   return workspace_->total_increment;
 }
 
+EquilibriumReport LinkageEquilibrium::judge(const LinkageState& state, const Conditions& conditions,
+                                            const EquilibriumOptions& options) {
+  options.validate();
+  conditions.validate(workspace_->model);
+  workspace_->certified = false;
+  workspace_->begin_at(state);
+  return detail::NewtonRun(*workspace_, conditions, options, state).judge(state);
+}
+
 std::vector<JointLoad> LinkageEquilibrium::reactions(const LinkageState& state,
                                                      const Conditions& conditions) {
   conditions.validate(workspace_->model);

@@ -30,7 +30,9 @@ struct EquilibriumOptions {
 };
 
 enum class EquilibriumStatus {
-  kConverged,       // balanced, and by the inertia of the Hessian there a minimum
+  /// Balanced, and by the inertia of the Hessian there a minimum; under moments of fixed direction
+  /// slow motions beside it come back, by the eigenvalues of the full tangent.
+  kConverged,
   kIterationLimit,  // out of steps
   kStalled,         // no step, however small, lowered the potential
   kSaddle,          // balanced, but unstable, and no descent direction was found
@@ -43,14 +45,17 @@ struct EquilibriumReport {
   int iterations = 0;   // Newton steps; the factorisation that certifies the end is none
   int corrections = 0;  // further solves with a factor at hand
   int factorizations = 0;
-  int escapes = 0;       // saddles left
+  int escapes = 0;  // saddles left
+  /// Of what has converged; false: under moments of fixed direction, by slow motions alone.
+  bool is_minimum = true;
   RodEnergies energies;  // elastic
   double spring_energy = 0;
   double load_potential = 0;       // of forces, torques and weight; moments have none
   double max_gradient_scaled = 0;  // see EquilibriumOptions::tolerance
   double final_shift = 0;          // of the last factorisation [force/length^2]; 0: none needed
   /// Directions in which the last unshifted Hessian was unstable; the mean angle's constraint may
-  /// hold one of them where there are several.
+  /// hold one of them where there are several. Under moments of fixed direction those of the full
+  /// tangent, 0 also where that is not known.
   int negative_eigenvalues = 0;
   /// Largest angle that a joint or an edge has turned by, or a joint been opened by, over the sum
   /// of the steps [rad].
@@ -97,6 +102,11 @@ class LinkageEquilibrium {
   EquilibriumReport solve(LinkageState& state, const Conditions& conditions,
                           const EquilibriumOptions& options = {}, const JobContext& context = {},
                           const IterateCallback& on_iterate = {});
+
+  /// Energies, balance and stability of a state as it is: converged where it balances to the
+  /// tolerance and is stable, else stalled. @throws Error as solve
+  [[nodiscard]] EquilibriumReport judge(const LinkageState& state, const Conditions& conditions,
+                                        const EquilibriumOptions& options = {});
 
   /// What pins, set angles and the mean angle exert on the joints in a state, as loads in whose
   /// place they would leave it in balance. Joints that feel nothing beyond rounding are left out.

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/numerics/raise_shift.h"
+#include "engine/base/random.h"
 #include "engine/rods/equilibrium/newton_run.h"
 
 namespace limber::rods::detail {
@@ -31,6 +32,7 @@ constexpr double kChordContraction = 0.3;  // of the imbalance
 constexpr double kShownTurn = 0.2;
 constexpr double kShownPart = 0.2;  // of the one before
 constexpr int kShownParts = 3;
+constexpr double kMaxSolveError = 1e-4;  // of a solution, by a factor of an indefinite matrix
 // How often a step is shortened, and by which factor it may turn beyond the trust radius.
 constexpr int kShortenings = 3;
 constexpr double kLoose = 1.5;  // of the trust radius: longer steps are damped
@@ -71,6 +73,37 @@ void NewtonRun::keep_unshifted_factor() {
     work_.unshifted->solver.set_shift_weights(work_.scales.weights());
   }
   std::swap(work_.factor, work_.unshifted);
+}
+
+/// Factors with no shift, whatever its inertia. Pivots are not exchanged: where they are too small
+/// to solve with, a share of the material stiffness is taken off first. (A symmetric part alone is
+/// singular for arcs of half turns, and a rod between held ends for full ones.)
+/// @returns whether the factor solves
+bool NewtonRun::factor_indefinite(const LinkageState& state) {
+  const auto is_solved = [&](double max_error) {
+    if (!factor(0) && !work_.factor->bordered && work_.factor->solver.pivots().vanishing == 0)
+      work_.factor->border(holding_.rows());
+    return work_.factor->bordered && solves(max_error);
+  };
+  if (is_solved(kMaxSolveError)) return true;
+  assemble_material(state);
+  work_.matrix.add(-kMaterialShare, *work_.material);
+  const bool solved = is_solved(10 * kMaxSolveError);
+  work_.factor->shift = -kMaterialShare;  // no factor of the Hessian
+  return solved;
+}
+
+/// Does the last factor give back a motion from the forces that it makes?
+/// @param max_error  share of the motion
+bool NewtonRun::solves(double max_error) const {
+  Random random(7);
+  Eigen::VectorXd motion(work_.gradient.size()), found(work_.gradient.size());
+  for (double& value : motion) value = random.normal();
+  for (const int unknown : work_.factor->fixed) motion[unknown] = 0;
+  work_.matrix.multiply(motion, found);
+  for (const int unknown : work_.factor->fixed) found[unknown] = 0;
+  solve(found, work_.factor->rows * motion);
+  return (found - motion).norm() <= max_error * motion.norm();
 }
 
 /// Factors with no shift, with one that is lost in rounding (mechanisms), or with the least of a
@@ -182,7 +215,7 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
   motion.left = -work_.gradient;
   for (const int unknown : made.fixed) motion.left[unknown] = 0;
   const Holding::Gap gap = holding_.gap(state);
-  solve(motion.left, gap.rows);
+  solve_with_moments(motion.left, gap.rows);
 
   const Holding::Gap next = ahead.holding_.gap(state);
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(work_.gradient.size());
@@ -197,13 +230,15 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
     motion.ahead -= forces;
   }
   for (const int unknown : made.fixed) motion.ahead[unknown] = moved[unknown];
-  solve(motion.ahead, next.rows - gap.rows);
+  solve_with_moments(motion.ahead, next.rows - gap.rows);
   return motion;
 }
 
 /// Steps with the factor at hand while they pay: one of them costs a fraction of a new factor.
 /// @returns whether the state is balanced now
 bool NewtonRun::chords(LinkageState& state, const IterateCallback& on_iterate) {
+  const bool is_minimum = work_.factor->bordered && work_.factor->bordered->positive_definite();
+  if (has_free_moments() && !is_minimum) return false;  // nothing falls along its steps
   for (int round = 0; round < kChords; ++round) {
     if (round > 0) throw_if_interrupted();
     if (!work_.factor->bordered || work_.factor->fixed != fixed()) return false;
@@ -296,17 +331,24 @@ bool NewtonRun::certify(const LinkageState& state) {
   stable_ = factor(0);
   if (stable_) return true;
   const int negative = report_.negative_eigenvalues;
+  if (has_free_moments()) {
+    stable_ = returns_slowly(state);
+    report_.is_minimum = !stable_;
+    if (stable_) return true;
+  }
+  const int diverging = has_free_moments() ? report_.negative_eigenvalues : negative;
   // Where nothing resists some motion, its eigenvalue has the sign of rounding, or of what is left
-  // of the forces: if the latter, the potential decides. In both cases such a motion is reported as
-  // soft.
+  // of the forces: if the latter, the potential decides. Coordinates that are rounded press edges
+  // together too, also where nothing else does. In all cases such a motion is reported as soft.
   const double rounding_shift = work_.scales.rounding_shift();
   const bool is_rounding = factor(rounding_shift);
-  const double left = kLeft * std::min(options_.tolerance, kFinest) * scale_.force;
+  const double left = std::max(kLeft * std::min(options_.tolerance, kFinest) * scale_.force,
+                               work_.scales.force_rounding(beyond_));
   stable_ = factor(rounding_shift + work_.scales.pressure_shift(left)) &&
             (is_rounding || !has_descent_direction(state));
   if (stable_) return true;
   factor_shifted(work_.shift / kShiftGrowth, work_.shift);
-  report_.negative_eigenvalues = negative;
+  report_.negative_eigenvalues = diverging;
   return false;
 }
 

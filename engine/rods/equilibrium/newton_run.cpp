@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "engine/rods/equilibrium/equilibrium_text.h"
 
@@ -15,6 +16,8 @@ constexpr double kGapTolerance = 1e-12;      // gap of prescribed values that co
 constexpr double kRelativeRounding = 1e-13;  // of the potential's size
 // Imbalance below which edges carry what they are expected to.
 constexpr double kNearSolution = 1e-3;
+// Imbalance from which Newton's method with the full tangent of moments is tried at once.
+constexpr double kNearMoments = 0.3;
 // Imbalance, and share of the turn that steps may have, that creep up to a saddle.
 constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;  // of the allowed turn
@@ -84,6 +87,7 @@ NewtonRun::NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,
       options_(options),
       terms_(model_, conditions),
       holding_(model_, conditions, terms_, workspace.scales, start),
+      moments_(free_moments()),
       shortest_(conditions.shortest_joint_edge),
       radius_(options.largest_turn) {
   work_.total_increment.setZero();
@@ -101,10 +105,33 @@ std::string NewtonRun::imbalance_text() const {
                                 beyond_);
 }
 
+std::string NewtonRun::converged_text() const {
+  const std::string text = fmt::format("balanced to {:.1e}", report_.max_gradient_scaled);
+  return report_.is_minimum ? text : fmt::format("{}; {}", text, kSlowMotionsOnly);
+}
+
+std::string NewtonRun::saddle_text() const {
+  if (has_free_moments() && report_.negative_eigenvalues == 0)
+    return "the shape is balanced, but whether it is stable under moments of fixed direction was "
+           "not settled: load fewer joints with moments, or request a smaller change";
+  return fmt::format(
+      "the shape is balanced but unstable in {} {}, and no stable one was found near it: hold more "
+      "joints, or request a smaller change",
+      report_.negative_eigenvalues, report_.negative_eigenvalues == 1 ? "direction" : "directions");
+}
+
 const Eigen::VectorXd& NewtonRun::gradient_at(const LinkageState& state) {
   work_.certified = false;
   evaluate(state);
   return work_.gradient;
+}
+
+EquilibriumReport NewtonRun::judge(const LinkageState& state) {
+  evaluate(state);
+  const bool is_equilibrium = std::isfinite(potential_) && balanced() && certify(state);
+  finish(is_equilibrium ? EquilibriumStatus::kConverged : EquilibriumStatus::kStalled,
+         is_equilibrium ? converged_text() : imbalance_text());
+  return report_;
 }
 
 Eigen::VectorXd NewtonRun::softest_at(const LinkageState& state) {
@@ -167,16 +194,11 @@ void NewtonRun::search(LinkageState& state, const IterateCallback& on_iterate) {
     if (balanced()) {
       if (!stable_ && !certify(state)) {
         if (report_.escapes < options_.max_escapes && escape(state)) continue;
-        finish(EquilibriumStatus::kSaddle,
-               fmt::format("the shape is balanced but unstable in {} {}, and no stable one was "
-                           "found near it: hold more joints, or request a smaller change",
-                           report_.negative_eigenvalues,
-                           report_.negative_eigenvalues == 1 ? "direction" : "directions"));
+        finish(EquilibriumStatus::kSaddle, saddle_text());
         break;
       }
       if (!hides_loads(state)) {
-        finish(EquilibriumStatus::kConverged,
-               fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
+        finish(EquilibriumStatus::kConverged, converged_text());
         break;
       }
       if (++hidden_load_checks_ > kMaxHiddenLoadChecks) {
@@ -192,8 +214,17 @@ void NewtonRun::search(LinkageState& state, const IterateCallback& on_iterate) {
       break;
     }
     if (chords(state, on_iterate)) continue;
+    const auto is_balanced_with_moments = [&] {
+      if (!has_free_moments() || std::exchange(tried_moments_, true)) return false;
+      if (!balance_with_moments(state)) return false;
+      show(state, on_iterate);
+      return true;
+    };
+    // Near an equilibrium its tangent leads to it, and the symmetric part elsewhere.
+    if (report_.max_gradient_scaled < kNearMoments && is_balanced_with_moments()) continue;
     ++report_.iterations;
     const Step step = newton_step(state);
+    if (indefinite_ && is_balanced_with_moments()) continue;
     if (towards_saddle(step)) {
       if (report_.escapes < options_.max_escapes && escape(state)) continue;
       if (options_.max_escapes == 0) {
@@ -369,6 +400,7 @@ void NewtonRun::accept(LinkageState& state, LinkageState next, const Eigen::Vect
   work_.expected = false;
   shown_.reset();
   stable_ = false;
+  report_.is_minimum = true;
   std::swap(state, next);
   evaluate(state);
   if (linear.size() == 0 || report_.max_gradient_scaled < kNearSolution) return;

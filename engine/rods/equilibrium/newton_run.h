@@ -18,6 +18,8 @@ namespace limber::rods::detail {
 inline constexpr double kSmallGap = 1e-6;
 /// Parts of a step below this are no step.
 inline constexpr double kShortestFraction = 1e-7;
+/// Of the material stiffness, taken off Hessians that are too near to singular.
+inline constexpr double kMaterialShare = 1e-2;
 
 /// What stays from solve to solve.
 struct NewtonWorkspace {
@@ -33,7 +35,8 @@ struct NewtonWorkspace {
   Eigen::VectorXd sections;  // whose measures these are
   LinkageAssembly assembly;
   CondensedMatrix matrix;
-  std::unique_ptr<HessianFactor> factor;  // of the last factorisation
+  std::optional<CondensedMatrix> material;  // Compression::kUnstressed, where moments ask for it
+  std::unique_ptr<HessianFactor> factor;    // of the last factorisation
   /// The last one without a shift before it, of solves that are watched; null: none. What holds a
   /// step while it is bent is no factor to begin with where the solve was interrupted then.
   std::unique_ptr<HessianFactor> unshifted;
@@ -57,6 +60,9 @@ class NewtonRun {
 
   EquilibriumReport run(LinkageState& state, const JobContext& context,
                         const IterateCallback& on_iterate);
+
+  /// See LinkageEquilibrium::judge.
+  [[nodiscard]] EquilibriumReport judge(const LinkageState& state);
 
   /// The gradient of elastic energy, springs and loads on all unknowns, also those that are held.
   [[nodiscard]] const Eigen::VectorXd& gradient_at(const LinkageState& state);
@@ -86,6 +92,9 @@ class NewtonRun {
   [[nodiscard]] bool balanced() const;
 
   bool factor(double shift);
+  bool factor_indefinite(const LinkageState& state);
+  void assemble_material(const LinkageState& state);
+  [[nodiscard]] bool solves(double max_error) const;
   void factor_shifted(double first, double& kept);
   void factor_positive(double least, const LinkageState& state);
   [[nodiscard]] Step newton_step(const LinkageState& state);
@@ -105,6 +114,12 @@ class NewtonRun {
   void throw_if_interrupted() const;
   void show(const LinkageState& state, const IterateCallback& on_iterate);
   void solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
+  [[nodiscard]] std::vector<int> free_moments() const;
+  [[nodiscard]] bool has_free_moments() const { return !moments_.empty(); }
+  void solve_with_moments(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
+  [[nodiscard]] bool has_moment_tangent() const;
+  bool returns_slowly(const LinkageState& state);
+  bool balance_with_moments(LinkageState& state);
 
   void limit(const LinkageState& state, double largest, Step& step) const;
   static void shrink(double largest, Step& step);
@@ -143,13 +158,16 @@ class NewtonRun {
   void set_active_bounds(const LinkageState& state);
   void finish(EquilibriumStatus status, std::string message);
   [[nodiscard]] std::string imbalance_text() const;
+  [[nodiscard]] std::string converged_text() const;
+  [[nodiscard]] std::string saddle_text() const;
 
   NewtonWorkspace& work_;
   const LinkageModel& model_;
   const EquilibriumOptions& options_;
   ConditionTerms terms_;
   Holding holding_;
-  double shortest_;  // share of rest that a joint's edges keep
+  std::vector<int> moments_;  // see free_moments()
+  double shortest_;           // share of rest that a joint's edges keep
 
   Cancellation cancellation_;
   bool is_watched_ = false, has_shown_ = false;
@@ -162,12 +180,13 @@ class NewtonRun {
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;
-  bool stable_ = false;      // does a factor of this very state say that it is a minimum
-  bool indefinite_ = false;  // was the last Hessian, with the least shift
-  double damping_ = 0;       // least shift
-  double step_shift_ = 0;    // with which the last step was made
-  double radius_;            // turn up to which steps are believed [rad]
-  Eigen::VectorXd along_;    // the last step, where little resists; empty: nothing special
+  bool stable_ = false;         // does a factor of this very state say that it is a minimum
+  bool indefinite_ = false;     // was the last Hessian, with the least shift
+  bool tried_moments_ = false;  // see balance_with_moments()
+  double damping_ = 0;          // least shift
+  double step_shift_ = 0;       // with which the last step was made
+  double radius_;               // turn up to which steps are believed [rad]
+  Eigen::VectorXd along_;       // the last step, where little resists; empty: nothing special
   EquilibriumReport report_;
 };
 

@@ -41,14 +41,16 @@ class UnknownScales {
   [[nodiscard]] double bending() const { return bending_; }
   /// Of one component of a gradient, by rounding of its own edges.
   [[nodiscard]] double rounding(int unknown) const { return rounding_[unknown]; }
-  /// Of a gradient's force components by rounding.
-  [[nodiscard]] double force_rounding() const { return force_rounding_; }
+  /// Of a gradient's force components by rounding. @param beyond  see there
+  [[nodiscard]] double force_rounding(double beyond = 0) const {
+    return force_rounding_ + beyond * force_rounding_per_distance_;
+  }
   [[nodiscard]] double moment_rounding() const { return force_rounding_ * edge_; }
   /// How much farther from the origin a state lies than the linkage was drawn, >= 0 [length].
   [[nodiscard]] double beyond(const LinkageState& state) const;
   /// Of the elastic energy near a state without stress.
   [[nodiscard]] double energy_rounding(double beyond = 0) const {
-    const double force = force_rounding_ + beyond * force_rounding_per_distance_;
+    const double force = force_rounding(beyond);
     return force * force / stretching_ * total_length_;
   }
 

@@ -133,16 +133,20 @@ class Walk {
   /// The vertex after edge e.
   [[gnu::always_inline]] VertexResult vertex(int e, const MaterialFrame<V>& frame,
                                              const MaterialFrame<V>& next) {
-    const VertexMaterial<V> material{
-        bending_1_, bending_2_, torsion_,
-        length_weights(parameter(e, LinkageModel::kRestLength),
-                       parameter(e + 1, LinkageModel::kRestLength), form_),
-        VertexStrains<V>{V(0.0), V(0.0), V(0.0), V(0.0), V(0.0)}};
+    VertexMaterial<V> material{bending_1_, bending_2_, torsion_,
+                               length_weights(parameter(e, LinkageModel::kRestLength),
+                                              parameter(e + 1, LinkageModel::kRestLength), form_),
+                               VertexStrains<V>{V(0.0), V(0.0), V(0.0), V(0.0), V(0.0)}};
     const V twist =
         load_lane(slots_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
     constexpr VertexOrder kVertexOrder = kOrder == Order::kEnergy     ? VertexOrder::kEnergy
                                          : kOrder == Order::kGradient ? VertexOrder::kMoment
                                                                       : VertexOrder::kStiffness;
+    if constexpr (kOrder == Order::kHessian) {
+      if (out_.compression == Compression::kUnstressed)
+        material.rest =
+            vertex_response<VertexOrder::kEnergy, kMeasure>(frame, next, twist, material).strains;
+    }
     const auto response = vertex_response<kVertexOrder, kMeasure>(frame, next, twist, material);
     bending_ += response.energy.bending;
     twisting_ += response.energy.twisting;
@@ -153,10 +157,11 @@ class Walk {
                                    const VertexResult& after) {
     auto s = stretch(frame.length, parameter(e, LinkageModel::kRestLength),
                      parameter(e, LinkageModel::kStretching));
-    stretching_ += s.energy;
     if constexpr (kOrder == Order::kHessian) {
       if (out_.tensions != nullptr) s.tension = load_lane(out_.tensions + e * kChainLanes);
+      if (out_.compression == Compression::kUnstressed) s.energy = s.tension = V(0.0);
     }
+    stretching_ += s.energy;
     if constexpr (kOrder != Order::kEnergy) {
       const Vec3<V> moment = before.moment - after.moment;
       const auto gradient = edge_gradient(frame, moment, s.tension);

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "engine/base/disjoint_sets.h"
 #include "engine/base/error.h"
 #include "engine/base/rotations/shortest_rotation.h"
+#include "engine/rods/linkage/cell_sides.h"
 #include "engine/rods/linkage/odd_cycle.h"
 #include "engine/rods/linkage/parity_forest.h"
 
@@ -26,7 +26,11 @@ constexpr double kOvershoot = 0.3;
 // Cosine between a normal and its neighbour's, carried along the segment, above which it is clear
 // which of its two normals the neighbour has.
 constexpr double kClear = 0.5;
-constexpr std::size_t kMaxCorners = 6;  // of a cell of the grid
+// The same below which cells around a segment may say that it is the other one.
+constexpr double kMostCorrected = 0.75;
+// Sine between rods above which their own plane counts, and not a given normal's.
+constexpr double kClearSine = 0.05;
+constexpr double kLeastShare = 0.1;  // of a given normal across its rods
 
 struct Neighbour {
   int joint;
@@ -59,11 +63,15 @@ class Orientation {
     result_ = {std::vector<Eigen::Vector3d>(count, Eigen::Vector3d::Zero()),
                std::vector<int>(count, 0), std::vector<double>(count, 0),
                std::vector<int>(count, 1)};
-    find_axes();
-    set_sides();
+    if (has_normals()) {
+      take_normals();
+    } else {
+      find_axes();
+      set_sides();
+    }
     set_letters();
     for (const std::vector<int>& joints : components()) {
-      settle_normals(joints);
+      if (!has_normals()) settle_normals(joints);
       settle_angles(joints);
     }
     return std::move(result_);
@@ -74,6 +82,36 @@ class Orientation {
     return pairs_[joint].tangents[0].cross(pairs_[joint].tangents[1]);
   }
   bool is_open(int joint) const { return own_normal(joint).norm() > kLeastSine; }
+  [[nodiscard]] bool has_normals() const {
+    return !places_.empty() && places_.front().normal.squaredNorm() > 0;
+  }
+
+  /// Joints have the normals of their rods, on the given side, as far as these cross clearly.
+  void take_normals() {
+    for (std::size_t j = 0; j < pairs_.size(); ++j) {
+      const auto& [a, b] = pairs_[j].tangents;
+      const Eigen::Vector3d& given = places_[j].normal;
+      const Eigen::Vector3d along = a.dot(b) < 0 ? Eigen::Vector3d(a - b) : Eigen::Vector3d(a + b);
+      Eigen::Vector3d normal = given - given.dot(along) / along.squaredNorm() * along;
+      const Eigen::Vector3d own = own_normal(static_cast<int>(j));
+      if (own.norm() > kClearSine) normal = own.dot(given) / own.squaredNorm() * own;
+      if (normal.norm() < kLeastShare) {
+        throw Error(ErrorCode::kInvalidArgument, fmt::format("normals[{}]", places_[j].vertex),
+                    fmt::format("normal {} (from 0) lies in the plane of the rods that meet at its "
+                                "vertex: it must point out of it",
+                                places_[j].vertex));
+      }
+      result_.normals[j] = normal.normalized();
+    }
+    for (const JointLink& link : links_) {
+      const auto [a, b] = link.joints;
+      if (carried_normal(link, 0).dot(result_.normals[b]) >= -kClear) continue;
+      throw Error(ErrorCode::kInvalidArgument, fmt::format("normals[{}]", places_[b].vertex),
+                  fmt::format("normals {} and {} (from 0) point to different sides of edge {}, "
+                              "which connects their vertices",
+                              places_[a].vertex, places_[b].vertex, link.segment));
+    }
+  }
 
   /// The normal of the joint at one end of a link, transported along the rod to the other.
   Eigen::Vector3d carried_normal(const JointLink& link, int end) const {
@@ -127,12 +165,11 @@ class Orientation {
     cosines_.clear();
     for (const JointLink& link : links_)
       cosines_.push_back(carried_normal(link, 0).dot(result_.normals[link.joints[1]]));
-    is_ignored_.assign(links_.size(), 0);
     ParityForest sides(pairs_.size());
     if (!join_sides(sides)) {
-      ignore_crumpled_cells();
+      correct_sides(pairs_, links_, result_.normals, kMostCorrected, cosines_);
       sides = ParityForest(pairs_.size());
-      (void)join_sides(sides);
+      if (!join_sides(sides)) refuse_one_sided();
     }
     std::vector<int> reference(pairs_.size(), -1);  // of each root: the side of an open joint
     for (const bool open : {true, false}) {
@@ -153,8 +190,7 @@ class Orientation {
     std::iota(order.begin(), order.end(), 0);
     const auto key = [&](int i) {
       const auto [a, b] = links_[i].joints;
-      return std::tuple(is_ignored_[i], -std::abs(cosines_[i]),
-                        std::minmax({places_[a].rank, places_[b].rank}));
+      return std::pair(-std::abs(cosines_[i]), std::minmax({places_[a].rank, places_[b].rank}));
     };
     std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
     bool agree = true;
@@ -165,80 +201,41 @@ class Orientation {
     return agree;
   }
 
-  [[nodiscard]] bool is_clear(int link) const {
-    return is_ignored_[link] == 0 && std::abs(cosines_[link]) > kClear;
-  }
+  [[nodiscard]] bool is_clear(int link) const { return std::abs(cosines_[link]) > kClear; }
 
-  /// A loop around one cell of the grid, or a rectangle of them, bounds a piece of the surface,
-  /// however crumpled that is: its least clear link says nothing. Other loops that contradict
-  /// themselves have one side.
-  void ignore_crumpled_cells() {
+  [[noreturn]] void refuse_one_sided() const {
     std::vector<int> place(pairs_.size());  // in the order by rank
     for (std::size_t i = 0; i < by_rank_.size(); ++i) place[by_rank_[i]] = static_cast<int>(i);
-    std::vector<std::pair<std::pair<int, int>, int>> by_places;
+    std::vector<std::pair<std::pair<int, int>, int>> clear;
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const auto [a, b] = links_[i].joints;
-      by_places.push_back({std::minmax({place[a], place[b]}), static_cast<int>(i)});
+      if (is_clear(static_cast<int>(i)))
+        clear.push_back({std::minmax({place[a], place[b]}), cosines_[i] < 0 ? 1 : 0});
     }
-    std::sort(by_places.begin(), by_places.end());
-    for (;;) {
-      std::vector<ParityLink> clear;
-      for (const auto& [places, link] : by_places)
-        if (is_clear(link))
-          clear.push_back({{places.first, places.second}, cosines_[link] < 0 ? 1 : 0});
-      std::vector<int> loop = shortest_odd_cycle(static_cast<int>(pairs_.size()), clear);
-      if (loop.empty()) return;
-      for (int& joint : loop) joint = by_rank_[joint];
-      const std::vector<int> links = links_around(loop);
-      if (!is_cell(loop, links)) refuse_one_sided(loop);
-      is_ignored_[*std::min_element(links.begin(), links.end(), [&](int a, int b) {
-        return std::abs(cosines_[a]) < std::abs(cosines_[b]);
-      })] = 1;
-    }
-  }
-
-  /// From each joint of a loop to the next.
-  [[nodiscard]] std::vector<int> links_around(const std::vector<int>& loop) const {
-    std::vector<int> links;
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const int next = loop[(i + 1) % loop.size()];
-      const auto& neighbours = neighbours_[loop[i]];
-      links.push_back(std::find_if(neighbours.begin(), neighbours.end(), [&](const Neighbour& n) {
-                        return n.joint == next;
-                      })->link);
-    }
-    return links;
-  }
-
-  /// Does a loop go from one rod to the other at each of a few joints, or at four as around a
-  /// rectangle of cells? Loops along a band turn less, or more often.
-  [[nodiscard]] bool is_cell(const std::vector<int>& loop, const std::vector<int>& links) const {
-    std::size_t turns = 0;
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const auto rod_at = [&](int link) {
-        return links_[link].rods[links_[link].joints[0] == loop[i] ? 0 : 1];
-      };
-      if (rod_at(links[i]) != rod_at(links[(i + loop.size() - 1) % loop.size()])) ++turns;
-    }
-    return turns == 4 || (turns == loop.size() && turns <= kMaxCorners);
-  }
-
-  [[noreturn]] void refuse_one_sided(std::vector<int> loop) const {
-    for (int& joint : loop) joint = places_[joint].vertex;
+    std::sort(clear.begin(), clear.end());
+    std::vector<ParityLink> parities;
+    for (const auto& [ends, parity] : clear)
+      parities.push_back({{ends.first, ends.second}, parity});
+    std::vector<int> loop = shortest_odd_cycle(static_cast<int>(pairs_.size()), parities);
+    for (int& joint : loop) joint = places_[by_rank_[joint]].vertex;
     throw Error(ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", loop.front()),
                 fmt::format("the surface through the joints has one side only: around the loop of "
                             "{} the normal comes back reversed. Cut the loop, or close it with a "
-                            "whole turn in place of a half one",
+                            "whole turn in place of a half one; or give normals, if the rods bend "
+                            "sharply there",
                             loop_text(loop)));
   }
 
-  /// Along a rod the opening angle stays on the same side, hence the rod keeps its letter.
+  /// Along a rod the opening angle stays on the same side, hence the rod keeps its letter, as far
+  /// as that is possible.
   void set_letters() {
     ParityForest letters(pairs_.size());
+    has_contradiction_.assign(pairs_.size(), 0);
     for (const JointLink& link : links_) {
-      const bool is_consistent =
-          letters.join(link.joints[0], link.joints[1], link.rods[0] ^ link.rods[1]);
-      LIMBER_DEMAND(is_consistent);
+      const auto [a, b] = link.joints;
+      if (letters.join(a, b, link.rods[0] ^ link.rods[1])) continue;
+      has_contradiction_[a] = 1;
+      result_.is_mixed = true;
     }
     std::vector<int> reference(pairs_.size(), -1);
     for (const bool open : {true, false}) {
@@ -304,7 +301,26 @@ class Orientation {
     return std::atan2(std::abs(sine), sign_b * a.dot(b));
   }
 
+  [[nodiscard]] bool is_mixed(const std::vector<int>& joints) const {
+    return std::any_of(joints.begin(), joints.end(),
+                       [&](int joint) { return has_contradiction_[joint] != 0; });
+  }
+
+  /// Of rods whose angles cannot be on one side along each, the acute angle of every joint.
+  void settle_mixed_angles(const std::vector<int>& joints) {
+    for (const int joint : joints) {
+      result_.rod_a[joint] = 0;
+      double angle = angle_in_half_turn(joint, result_.signs_b[joint]);
+      if (angle > std::numbers::pi / 2) {
+        result_.rod_a[joint] = 1;
+        angle = angle_in_half_turn(joint, result_.signs_b[joint]);
+      }
+      result_.angles[joint] = angle;
+    }
+  }
+
   void settle_angles(const std::vector<int>& joints) {
+    if (is_mixed(joints)) return settle_mixed_angles(joints);
     double obtuse = 0;
     for (const int joint : joints) {
       result_.angles[joint] = angle_in_half_turn(joint, result_.signs_b[joint]);
@@ -352,8 +368,8 @@ class Orientation {
   const std::vector<JointPlace>& places_;
   std::vector<std::vector<Neighbour>> neighbours_;
   std::vector<int> by_rank_;
-  std::vector<double> cosines_;   // of links: see kClear
-  std::vector<char> is_ignored_;  // what a link says of the sides
+  std::vector<double> cosines_;          // of links: see kClear
+  std::vector<char> has_contradiction_;  // of joints: a link whose letters do not fit others'
   JointOrientations result_;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/error.h"
 
@@ -25,12 +26,13 @@ std::vector<Pairing> partitions(std::size_t valence) {
   }
 }
 
-double bend(const Pairing& pairing, const std::vector<Spoke>& spokes) {
-  double sum = 0;
+void measure(const std::vector<Spoke>& spokes, Pairing& pairing) {
   for (const std::vector<int>& rod : pairing.rods) {
-    if (rod.size() == 2) sum += spokes[rod[0]].direction.dot(spokes[rod[1]].direction);
+    if (rod.size() < 2) continue;
+    const double cosine = spokes[rod[0]].direction.dot(spokes[rod[1]].direction);
+    pairing.bend += cosine;
+    pairing.turn = std::max(pairing.turn, std::acos(std::clamp(-cosine, -1.0, 1.0)));
   }
-  return sum;
 }
 
 bool folds_back(const Pairing& pairing, const std::vector<Spoke>& spokes) {
@@ -58,11 +60,17 @@ std::vector<Pairing> possible_pairings(const std::vector<Spoke>& spokes,
                                        const std::vector<int>& ranks) {
   LIMBER_DEMAND(spokes.size() >= 2 && spokes.size() <= 4 && ranks.size() == spokes.size());
   std::vector<Pairing> all = partitions(spokes.size());
-  for (Pairing& pairing : all)
-    pairing.bend = bend(pairing, spokes) + (folds_back(pairing, spokes) ? kFold : 0);
+  for (Pairing& pairing : all) {
+    measure(spokes, pairing);
+    if (folds_back(pairing, spokes)) pairing.bend += kFold;
+  }
   std::sort(all.begin(), all.end(), [&](const Pairing& a, const Pairing& b) {
     return a.bend != b.bend ? a.bend < b.bend : rank_of(a, ranks) < rank_of(b, ranks);
   });
+  const double most = all.front().turn + kLargestTurn;
+  all.erase(std::remove_if(all.begin() + 1, all.end(),
+                           [&](const Pairing& pairing) { return pairing.turn > most; }),
+            all.end());
   return all;
 }
 

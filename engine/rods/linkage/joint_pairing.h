@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <numbers>
 #include <vector>
 
 #include "engine/rods/linkage/linkage_graph.h"
@@ -20,6 +21,7 @@ struct Pairing {
   std::array<std::vector<int>, 2> rods;  // spokes by their place in the list, ascending
   /// Sum of the cosines between the directions of a rod's two spokes: -1 for each straight rod.
   double bend = 0;
+  double turn = 0;  // the larger of its rods' [rad]
 };
 
 /// The edges at one vertex put together to two rods, not yet called A and B.
@@ -30,8 +32,13 @@ struct RodPair {
   std::array<Eigen::Vector3d, 2> tangents;
 };
 
-/// All pairings, the straightest first: one of two spokes, three of three or four. Those that fold
-/// a rod back on itself are last, with a bend of a million more.
+/// By how much more than those of the straightest pairing the rods of others may turn [rad]: lines
+/// that are drawn straight are no more exact where they are coarse.
+inline constexpr double kLargestTurn = std::numbers::pi / 12;
+
+/// The pairings that a joint may have, the straightest first: of two spokes the one there is, of
+/// three or four those of three whose rods turn by at most kLargestTurn more than the straightest
+/// one's.
 /// @param spokes  two to four
 /// @param ranks   of each spoke, all different: equal bends are in order of the rank of the spoke
 /// that forms the rod's end (three spokes) or the rod with the first spoke (four)

@@ -18,6 +18,25 @@ LineMeshFault fault_of_edge(int edge, const std::string& message,
   return {code, -1, edge, fmt::format("edge {} {} (from 0)", edge, message)};
 }
 
+std::optional<LineMeshFault> fault_of_normals(const LineMesh& mesh) {
+  if (mesh.normals.cols() == 0) return {};
+  LineMeshFault fault;
+  if (mesh.normals.cols() != mesh.vertices.cols()) {
+    fault.normal = 0;
+    fault.message = fmt::format("{} normals are given for {} vertices: one for each is expected",
+                                mesh.normals.cols(), mesh.vertices.cols());
+    return fault;
+  }
+  for (int v = 0; v < mesh.vertex_count(); ++v) {
+    const double length = mesh.normals.col(v).stableNorm();
+    if (length > 0 && length <= kLargestCoordinate) continue;
+    fault.normal = v;
+    fault.message = fmt::format("normal {} (from 0) must be finite and not zero", v);
+    return fault;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::optional<LineMeshFault> fault_of(const LineMesh& mesh) {
@@ -49,15 +68,16 @@ std::optional<LineMeshFault> fault_of(const LineMesh& mesh) {
     if (!((mesh.vertices.col(b) - mesh.vertices.col(a)).norm() > 0))
       return fault_of_edge(e, fmt::format("has no length: vertices {} and {} coincide", a, b));
   }
-  return {};
+  return fault_of_normals(mesh);
 }
 
 void check_line_mesh(const LineMesh& mesh) {
   const std::optional<LineMeshFault> fault = fault_of(mesh);
   if (!fault) return;
-  const std::string field = fault->vertex >= 0 ? fmt::format("vertices[{}]", fault->vertex)
-                            : fault->edge >= 0 ? fmt::format("edges[{}]", fault->edge)
-                                               : "edges";
+  const std::string field = fault->vertex >= 0   ? fmt::format("vertices[{}]", fault->vertex)
+                            : fault->edge >= 0   ? fmt::format("edges[{}]", fault->edge)
+                            : fault->normal >= 0 ? fmt::format("normals[{}]", fault->normal)
+                                                 : "edges";
   throw Error(fault->code, field, fault->message);
 }
 

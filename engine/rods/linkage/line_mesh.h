@@ -12,6 +12,8 @@ namespace limber::rods {
 struct LineMesh {
   Eigen::Matrix3Xd vertices;  // 3 x n
   Eigen::Matrix2Xi edges;     // 2 x m, vertex indices from 0, from start to end
+  /// 3 x n: of the surface that the lines lie on, of any length but 0; or 3 x 0: not given.
+  Eigen::Matrix3Xd normals = {};
 
   [[nodiscard]] int vertex_count() const { return static_cast<int>(vertices.cols()); }
   [[nodiscard]] int edge_count() const { return static_cast<int>(edges.cols()); }
@@ -22,13 +24,16 @@ struct LineMeshFault {
   ErrorCode code = ErrorCode::kInvalidArgument;
   int vertex = -1, edge = -1;  // where; both -1: the whole
   std::string message;         // names vertices and edges by their numbers, from 0
+  int normal = -1;             // or where a normal is wrong
 };
 
 /// The first fault: kInvalidArgument for a coordinate that is not finite, no edges, a self loop, a
-/// repeated edge, an edge without length; kOutOfRange for a vertex that is not there.
+/// repeated edge, an edge without length, a normal that is zero or not finite, normals that are not
+/// as many as vertices; kOutOfRange for a vertex that is not there.
 [[nodiscard]] std::optional<LineMeshFault> fault_of(const LineMesh& mesh);
 
-/// @throws Error of fault_of, with field vertices[i], edges[e] or edges
+/// @throws Error of fault_of, with field vertices[i], edges[e], edges, normals[i]
+/// or normals
 void check_line_mesh(const LineMesh& mesh);
 
 }  // namespace limber::rods

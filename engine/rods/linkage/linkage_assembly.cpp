@@ -164,6 +164,15 @@ void LinkageAssembly::finish_joints(const LinkageState& state, Eigen::Ref<Eigen:
   });
 }
 
+Eigen::Matrix<double, kJointUnknowns, 1> LinkageAssembly::end_gradient(const LinkageState& state,
+                                                                       int segment, End end) const {
+  const Segment& of = model_.graph().segments[static_cast<std::size_t>(segment)];
+  LIMBER_DEMAND(of.joints[end] >= 0);
+  const auto& joint = state.joints()[static_cast<std::size_t>(of.joints[end])];
+  return terminal_gradient(terminal_edge_source(joint, of.rods[end], of.signs[end]),
+                           end_gradients_[2 * static_cast<std::size_t>(segment) + end]);
+}
+
 RodEnergies LinkageAssembly::total() const {
   RodEnergies sum;
   const std::vector<ChainBatch>& batches = model_.chains()->batches();

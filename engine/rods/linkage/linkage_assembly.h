@@ -40,6 +40,10 @@ class LinkageAssembly {
 
   /// Energy of each segment at the last evaluation.
   [[nodiscard]] Eigen::VectorXd segment_energies() const;
+  /// By the unknowns of the joint at a segment's end: the part of the last gradient that is the
+  /// segment's own energy's. @param state  of that gradient
+  [[nodiscard]] Eigen::Matrix<double, kJointUnknowns, 1> end_gradient(const LinkageState& state,
+                                                                      int segment, End end) const;
 
  private:
   RodEnergies hessian_as(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,

@@ -84,8 +84,7 @@ std::vector<RodPair> pair_segments(const LineMesh& mesh,
     choices.push_back(std::move(joint));
     ordered_vertices.push_back(vertex);
   }
-  const detail::PairingChoice choice =
-      detail::choose_pairings(mesh.edge_count(), choices, ordered_vertices);
+  const detail::PairingChoice choice = detail::choose_pairings(mesh.edge_count(), choices);
   graph.bent_joints = choice.bent;
   graph.is_bend_least = choice.is_least;
   std::vector<RodPair> pairs(vertices.size());
@@ -194,9 +193,13 @@ LinkageGraph build_linkage_graph(const LineMesh& mesh) {
   const std::vector<int> ranks = rank_vertices(mesh);
   const std::vector<RodPair> pairs = pair_segments(mesh, spokes, vertices, ranks, graph);
   std::vector<detail::JointPlace> places;
-  for (const int v : vertices) places.push_back({v, ranks[v], mesh.vertices.col(v)});
+  for (const int v : vertices) {
+    places.push_back({v, ranks[v], mesh.vertices.col(v)});
+    if (mesh.normals.cols() > 0) places.back().normal = mesh.normals.col(v).stableNormalized();
+  }
   const JointOrientations orientations =
       detail::orient_joints(pairs, find_links(graph, pairs), places);
+  graph.mixed_angles = orientations.is_mixed;
   for (std::size_t j = 0; j < pairs.size(); ++j)
     set_joint(pairs[j], orientations, static_cast<int>(j), graph);
   number_components(mesh, graph);

@@ -47,13 +47,16 @@ struct Joint {
 ///
 /// Joints are numbered in the order of their vertices, segments are the mesh's edges in order. Of
 /// the edges at a vertex the straightest pairs are one rod: valence 2 pins two ends, valence 3 the
-/// end of one rod to another that passes, valence 4 two that pass. Where the straightest pairs of
-/// all joints allow no opening angles that are consistent along the rods, other pairs are taken
-/// that bend the rods least as a whole (see detail::choose_pairings). Normals are oriented
-/// continuously over each component. Which of the two supplementary angles of a joint is "the"
-/// opening angle is continuous too: along a rod the angle stays on the same side, so that crossing
-/// rods are A and B by turns; of the two choices that a component leaves, most angles are acute.
-/// Near 0 or pi the angle may be slightly beyond, where its neighbours say so.
+/// end of one rod to another that passes, valence 4 two that pass. Where the straightest pairs
+/// allow no letters A and B that stay the same along every rod, pairs that are about as straight
+/// (detail::kLargestTurn) are taken in their place if these do, those that bend the rods least as a
+/// whole (see detail::choose_pairings). Otherwise the straightest pairs stay, and angles are mixed.
+/// Normals are oriented continuously over each component.
+///
+/// Which of the two supplementary angles of a joint is "the" opening angle is continuous too: along
+/// a rod the angle stays on the same side, so that crossing rods are A and B by turns; of the two
+/// choices that a component leaves, most angles are acute. Near 0 or pi the angle may be slightly
+/// beyond, where its neighbours say so. Where angles are mixed, all are acute.
 struct LinkageGraph {
   std::vector<Segment> segments;
   std::vector<Joint> joints;
@@ -62,12 +65,15 @@ struct LinkageGraph {
   int bent_joints = 0;  // whose rods are not the straightest pairs there
   /// Proven: no other pairs bend the rods less as a whole.
   bool is_bend_least = true;
+  /// In some component angles lie on one side of a rod at one joint and on its other at the next,
+  /// as in weaves of three families: a mean of them has no meaning.
+  bool mixed_angles = false;
 };
 
 /// Vertices that no edge uses are passed over.
-/// @throws Error as check_line_mesh; {kInvalidArgument} with field vertices[v]: valence above 4,
-/// rods that fold back on themselves, no consistent opening angle for any pairs, a one-sided
-/// surface. Neither that nor the pairs depend on how vertices and edges are numbered
+/// @throws Error as check_line_mesh and detail::orient_joints; {kInvalidArgument} with field
+/// vertices[v]: valence above 4, rods that fold back on themselves. Neither that nor the pairs
+/// depend on how vertices and edges are numbered
 [[nodiscard]] LinkageGraph build_linkage_graph(const LineMesh& mesh);
 
 }  // namespace limber::rods

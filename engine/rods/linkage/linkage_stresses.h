@@ -33,15 +33,21 @@ struct LinkageStresses {
   std::vector<int> first;  // station of each segment, and the number of all
 };
 
+/// Of each segment the largest von Mises stress of its stations, or normal stress by magnitude
+/// where that has no bound.
+[[nodiscard]] Eigen::VectorXd largest_stresses(const LinkageStresses& stresses);
+
 /// Forces and stresses that go with strains, where sections are scaled those of the scaled ones.
 ///
 /// The force of a terminal edge is that of the whole rod, although its two segments carry half of
-/// its energy each. Between two edges stands their mean force; at a joint the force of the joint's
-/// edge and what its nearest vertex on this segment carries: moments may jump at joints. Free ends
-/// carry neither moment nor torque. Normal stresses are N/A - E (kappa_1 y + kappa_2 z) over the
-/// section's points (y, z) on (d_1, d_2). Shear is that of Saint-Venant torsion; rods without shear
-/// strain have no other, and what transverse forces add is left out. Extremes of normal stress and
-/// of shear may stand at different points: kVonMises takes both at once.
+/// its energy each. Between two edges stands their mean force. Ends carry what the two nearest
+/// edges and vertices of their own segment say there by a straight line, which is of second order,
+/// since forces and moments may jump at joints: a terminal edge stretches by the mean of both
+/// sides. Free ends carry neither moment nor torque. Normal stresses are N/A - E (kappa_1 y +
+/// kappa_2 z) over the section's points (y, z) on (d_1, d_2). Shear is that of Saint-Venant
+/// torsion; rods without shear strain have no other, and what transverse forces add is left out.
+/// Extremes of normal stress and of shear may stand at different points: kVonMises takes both at
+/// once.
 class LinkageStressModel {
  public:
   /// @param section, properties, axis  what the model's stiffnesses were made of, with `material`
@@ -50,6 +56,7 @@ class LinkageStressModel {
 
   [[nodiscard]] LinkageStresses evaluate(const LinkageModel& model,
                                          const LinkageStrains& strains) const;
+  [[nodiscard]] double youngs_modulus() const { return young_modulus_; }
 
  private:
   using Station = Eigen::Matrix<double, kRodFields, 1>;

@@ -1,7 +1,5 @@
 #include "engine/rods/linkage/pairing_choice.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -9,8 +7,6 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/rods/linkage/alternating_letters.h"
-#include "engine/rods/linkage/odd_cycle.h"
 #include "engine/rods/linkage/parity_forest.h"
 
 namespace limber::rods::detail {
@@ -27,9 +23,8 @@ constexpr int kMaxWindows = 4000;  // improvements tried in a mesh, of some mill
 
 class Choice {
  public:
-  Choice(int segments, const std::vector<JointChoices>& joints, const std::vector<int>& vertices)
+  Choice(int segments, const std::vector<JointChoices>& joints)
       : joints_(joints),
-        vertices_(vertices),
         letters_(static_cast<std::size_t>(segments), -1),
         straight_(static_cast<std::size_t>(segments)),
         visits_(joints.size(), 0) {
@@ -102,7 +97,10 @@ class Choice {
   }
 
   void choose(const std::vector<int>& part) {
-    if (cannot_alternate(part)) refuse(part);
+    if (!can_fit(part)) {
+      choice_.is_mixed = true;
+      return;
+    }
     for (const int j : part)
       for (const int segment : joints_[j].segments) letters_[segment] = -1;
     const PairingSweep sweep(joints_, part, letters_);
@@ -118,9 +116,10 @@ class Choice {
     if (best.found) {
       for (std::size_t m = 0; m < part.size(); ++m) choice_.pairings[part[m]] = best.pairings[m];
       note_letters(part);
-    } else if (!keep_straightest(part)) {
-      alternate_letters(joints_, part, letters_);
-      for (const int j : part) take_pairing_under_letters(j);
+    } else if (best.is_least || !keep_straightest(part)) {
+      for (const int j : part) choice_.pairings[j] = 0;
+      choice_.is_mixed = true;
+      return;
     }
     if (best.is_least) return;
     choice_.is_least = false;
@@ -158,6 +157,12 @@ class Choice {
   }
 
   bool join_if_fits(int j, int p, ParityForest& forest) const {
+    if (!fits_forest(j, p, forest)) return false;
+    join(j, p, forest);
+    return true;
+  }
+
+  [[nodiscard]] bool fits_forest(int j, int p, ParityForest& forest) const {
     const JointChoices& joint = joints_[j];
     const Pairing& pairing = joint.pairings[p];
     std::vector<ParityForest::Root> roots;
@@ -169,24 +174,43 @@ class Choice {
         roots.push_back({item, parity ^ r});
       }
     }
+    return true;
+  }
+
+  void join(int j, int p, ParityForest& forest) const {
+    const JointChoices& joint = joints_[j];
+    const Pairing& pairing = joint.pairings[p];
     const int first = joint.segments[pairing.rods[0][0]];
     for (int r = 0; r < 2; ++r)
       for (const int spoke : pairing.rods[r])
         LIMBER_DEMAND(forest.join(first, joint.segments[spoke], r));
-    return true;
   }
 
-  /// Each segment has two ends: with none free, twice the segments of one letter are half of all.
-  [[nodiscard]] bool cannot_alternate(const std::vector<int>& part) const {
-    std::size_t ends = 0;
-    for (const int j : part) {
-      const std::vector<int>& segments = joints_[j].segments;
-      if (segments.size() % 2 == 1) return false;
-      for (const int segment : segments)
-        if (joints_of_[segment][1] < 0) return false;
-      ends += segments.size();
+  /// False: pairings that leave no choice, and those that follow from them, contradict each other.
+  [[nodiscard]] bool can_fit(const std::vector<int>& part) const {
+    ParityForest forest(letters_.size());
+    std::vector<int> open = part;
+    for (bool more = true; more;) {
+      more = false;
+      std::vector<int> left;
+      for (const int j : open) {
+        int fitting = 0, last = 0;
+        for (int p = 0; p < static_cast<int>(joints_[j].pairings.size()); ++p) {
+          if (!fits_forest(j, p, forest)) continue;
+          ++fitting;
+          last = p;
+        }
+        if (fitting == 0) return false;
+        if (fitting > 1) {
+          left.push_back(j);
+        } else {
+          join(j, last, forest);
+          more = true;
+        }
+      }
+      open = std::move(left);
     }
-    return ends % 4 == 2;
+    return true;
   }
 
   /// Of the pairings chosen, which fit together.
@@ -216,13 +240,6 @@ class Choice {
     const auto& rods = joint.pairings[choice_.pairings[j]].rods;
     const int letter = letters_[joint.segments[rods[0][0]]];
     return same(rods[0], letter) && same(rods[1], 1 - letter);
-  }
-
-  void take_pairing_under_letters(int j) {
-    const int count = static_cast<int>(joints_[j].pairings.size());
-    for (int& p = choice_.pairings[j] = 0; p < count; ++p)
-      if (fits_letters(j)) return;
-    LIMBER_DEMAND(false);
   }
 
   /// Chooses anew around joints that do not take their straightest pairing, the letters around
@@ -300,10 +317,7 @@ class Choice {
     return true;
   }
 
-  [[noreturn]] void refuse(const std::vector<int>& part) const;
-
   const std::vector<JointChoices>& joints_;
-  const std::vector<int>& vertices_;
   SegmentLetters letters_;
   ParityForest straight_;                      // segments under the straightest pairings
   std::vector<std::array<int, 2>> joints_of_;  // of segments; -1: a free end
@@ -312,40 +326,10 @@ class Choice {
   PairingChoice choice_;
 };
 
-/// Joints as nodes: is the rod called first in one the rod called first in the other?
-void Choice::refuse(const std::vector<int>& part) const {
-  std::vector<std::vector<int>> rods(letters_.size());  // of segments, at the joints met
-  std::vector<ParityLink> links;
-  std::size_t ends = 0;
-  for (const int j : part) {
-    const JointChoices& joint = joints_[j];
-    for (int r = 0; r < 2; ++r) {
-      for (const int spoke : joint.pairings[0].rods[r]) {
-        const int segment = joint.segments[spoke];
-        rods[segment].push_back(r);
-        if (rods[segment].size() == 2)
-          links.push_back({joints_of_[segment], rods[segment][0] ^ rods[segment][1]});
-        ++ends;
-      }
-    }
-  }
-  std::vector<int> loop = shortest_odd_cycle(static_cast<int>(joints_.size()), links);
-  for (int& joint : loop) joint = vertices_[joint];
-  throw Error(
-      ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", loop.front()),
-      fmt::format("no choice of opening angles is consistent: along each rod the angle must stay "
-                  "on the same side, but around the loop of {} it turns into its supplement, and "
-                  "pairing the segments differently does not help, because {} segments, an odd "
-                  "number, form a closed part in which 2 or 4 meet at every joint. Add or remove "
-                  "a segment, or give one a free end",
-                  loop_text(loop), ends / 2));
-}
-
 }  // namespace
 
-PairingChoice choose_pairings(int segments, const std::vector<JointChoices>& joints,
-                              const std::vector<int>& vertices) {
-  return Choice(segments, joints, vertices).run();
+PairingChoice choose_pairings(int segments, const std::vector<JointChoices>& joints) {
+  return Choice(segments, joints).run();
 }
 
 }  // namespace limber::rods::detail

@@ -202,6 +202,13 @@ void RodMaterial::validate() const {
   }
 }
 
+StiffAxis stiff_axis_of(const SectionProperties& properties, StiffAxis axis) {
+  constexpr double kRounding = 1e-6;  // principal axes halfway between x and y: the stiffer is d1
+  if (axis != StiffAxis::kAsGiven) return axis;
+  const Eigen::Vector2d first = properties.axis_1.cwiseAbs();
+  return first.x() >= first.y() - kRounding ? StiffAxis::kD1 : StiffAxis::kD2;
+}
+
 SectionStiffness section_stiffness(const SectionProperties& properties, const RodMaterial& material,
                                    StiffAxis axis) {
   material.validate();
@@ -209,7 +216,8 @@ SectionStiffness section_stiffness(const SectionProperties& properties, const Ro
   SectionStiffness result{
       material.young_modulus * properties.area, material.young_modulus * properties.second_moment_1,
       material.young_modulus * properties.second_moment_2, shear * properties.torsion_constant};
-  if (axis == StiffAxis::kD2) std::swap(result.bending_1, result.bending_2);
+  if (stiff_axis_of(properties, axis) == StiffAxis::kD2)
+    std::swap(result.bending_1, result.bending_2);
   return result;
 }
 

@@ -75,9 +75,13 @@ void validate(const Section& section);
 /// @pre the section is one that section_properties takes
 [[nodiscard]] Polygon section_outline(const Section& section);
 
-/// Which principal axis is the director d1 of rods: bending_1 (about d2) is then the stiffer or the
-/// softer of the two.
-enum class StiffAxis { kD1, kD2 };
+/// How a section lies on the directors of rods. kD1, kD2: its stiffer principal axis is that one,
+/// so that bending_1 (about d2) is the stiffer or the softer of the two. kAsGiven: its x is d1, its
+/// y d2; of sections with oblique principal axes, the one nearer to x is d1.
+enum class StiffAxis { kD1, kD2, kAsGiven };
+
+/// kD1 or kD2: what kAsGiven is for a section of these properties.
+[[nodiscard]] StiffAxis stiff_axis_of(const SectionProperties& properties, StiffAxis axis);
 
 /// What a rod of this section resists with.
 struct SectionStiffness {

@@ -23,13 +23,14 @@ Eigen::Vector2d principal_radii(const Section& section) {
 Polygon placed_outline(const Section& section, const SectionProperties& properties,
                        StiffAxis axis) {
   const Eigen::Vector2d first = properties.axis_1, second(-first.y(), first.x());
+  const StiffAxis stiff = stiff_axis_of(properties, axis);
   Polygon result;
   for (const Eigen::Vector2d& corner : section_outline(section)) {
     const Eigen::Vector2d p = corner - properties.centroid;
     const Eigen::Vector2d principal(first.dot(p), second.dot(p));
     // A quarter turn: d_2 takes the first axis and -d_1 the second, so that the sense stays.
-    result.push_back(axis == StiffAxis::kD1 ? principal
-                                            : Eigen::Vector2d(-principal.y(), principal.x()));
+    result.push_back(stiff == StiffAxis::kD1 ? principal
+                                             : Eigen::Vector2d(-principal.y(), principal.x()));
   }
   return result;
 }
@@ -47,7 +48,7 @@ Eigen::Array2d outline_size(const Section& section) {
 SectionReach::SectionReach(const Section& section, const SectionProperties& properties,
                            StiffAxis axis)
     : outline_(placed_outline(section, properties, axis)), radii_(principal_radii(section)) {
-  if (axis == StiffAxis::kD2) std::swap(radii_[0], radii_[1]);
+  if (stiff_axis_of(properties, axis) == StiffAxis::kD2) std::swap(radii_[0], radii_[1]);
 }
 
 SectionReach::Span SectionReach::along(const Eigen::Vector2d& direction) const {

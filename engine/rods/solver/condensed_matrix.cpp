@@ -85,6 +85,14 @@ void CondensedMatrix::set_terminal(int chain, int end,
   }
 }
 
+void CondensedMatrix::add(double factor, const CondensedMatrix& matrix) {
+  LIMBER_DEMAND(matrix.structure_ == structure_);
+  for (std::size_t i = 0; i < band_.size(); ++i)
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      band_[i].values[lane] += factor * matrix.band_[i].values[lane];
+  for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i] += factor * matrix.joints_[i];
+}
+
 void CondensedMatrix::multiply(const Eigen::Ref<const Eigen::VectorXd>& x,
                                Eigen::Ref<Eigen::VectorXd> y) const {
   LIMBER_DEMAND(x.size() == structure_->size() && y.size() == x.size());

@@ -62,6 +62,9 @@ class CondensedMatrix {
   [[nodiscard]] double& entry(int chain, int row, int column);
   void set_terminal(int chain, int end, const Eigen::Matrix<double, 7, 9>& jacobian);
 
+  /// H <- H + factor A. @pre A is of the same state, so that its terminals are the same
+  void add(double factor, const CondensedMatrix& matrix);
+
   /// y = H x in the reduced unknowns.
   void multiply(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Ref<Eigen::VectorXd> y) const;
 

@@ -128,15 +128,17 @@ SurfaceEmbedding embed_surface(const Eigen::Matrix3Xd& nodes, const bodies::TetN
     }
   });
   const double extent = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
-  const auto is_outside = distances.array() > kRounding * extent;
+  // Far from the origin, coordinates themselves are rounded more than that.
+  const double digits = 4 * std::numeric_limits<double>::epsilon() * nodes.cwiseAbs().maxCoeff();
+  const auto is_outside = distances.array() > std::max(kRounding * extent, digits);
   embedding.outside_count = static_cast<int>(is_outside.count());
   if (embedding.outside_count > 0) embedding.outside_distance = distances.maxCoeff();
   return embedding;
 }
 
-Eigen::MatrixXf embedded_positions(const SurfaceEmbedding& embedding,
+Eigen::MatrixXd embedded_positions(const SurfaceEmbedding& embedding,
                                    const Eigen::Ref<const Eigen::MatrixXd>& positions) {
-  Eigen::MatrixXf moved(3 * embedding.nodes.cols(), positions.cols());
+  Eigen::MatrixXd moved(3 * embedding.nodes.cols(), positions.cols());
   parallel_for(positions.cols(), 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t frame = begin; frame < end; ++frame) {
       const auto column = positions.col(frame);
@@ -146,7 +148,7 @@ Eigen::MatrixXf embedded_positions(const SurfaceEmbedding& embedding,
           x += embedding.weights(corner, v) *
                column.segment<3>(3 * Eigen::Index{embedding.nodes(corner, v)});
         }
-        moved.col(frame).segment<3>(3 * v) = x.cast<float>();
+        moved.col(frame).segment<3>(3 * v) = x;
       }
     }
   });

@@ -52,7 +52,7 @@ class Embedder {
 /// Vertices of moved nodes.
 /// @param positions  3n x frames, x y z of each node in turn
 /// @returns 3v x frames
-[[nodiscard]] Eigen::MatrixXf embedded_positions(
+[[nodiscard]] Eigen::MatrixXd embedded_positions(
     const SurfaceEmbedding& embedding, const Eigen::Ref<const Eigen::MatrixXd>& positions);
 
 /// What is to be said of a surface that lies beside the body that is to carry it; empty where it

@@ -1,40 +1,14 @@
 // Abaqus input (.inp, .abq): keyword lines begin with one star, comments with two; data lines are
-// separated by commas. Nodes and elements are read; sets, sections, materials and steps are passed
-// over.
+// separated by commas. Nodes, elements and their sets, solid sections and isotropic elastic
+// materials are read; steps and all else are passed over.
 
+#include "engine/scene/formats/abaqus_keyword.h"
+#include "engine/scene/formats/abaqus_materials.h"
 #include "engine/scene/formats/mesh_builder.h"
 #include "engine/scene/formats/readers.h"
 
 namespace limber::scene::formats {
 namespace {
-
-/// A keyword line "*ELEMENT, TYPE=C3D4, ELSET=ALL" taken apart; everything in lower case.
-struct Keyword {
-  std::string name;
-  std::map<std::string, std::string> parameters;
-};
-
-Keyword parse_keyword(std::string_view line) {
-  Keyword result;
-  bool first = true;
-  line.remove_prefix(1);
-  while (!line.empty()) {
-    const std::size_t comma = line.find(',');
-    const std::string_view part = trim(line.substr(0, comma));
-    if (first) {
-      result.name = to_lower(part);
-      first = false;
-    } else {
-      const std::size_t equals = part.find('=');
-      const std::string_view value =
-          equals == std::string_view::npos ? "" : trim(part.substr(equals + 1));
-      result.parameters[to_lower(trim(part.substr(0, equals)))] = to_lower(value);
-    }
-    if (comma == std::string_view::npos) break;
-    line.remove_prefix(comma + 1);
-  }
-  return result;
-}
 
 class AbaqusReader {
  public:
@@ -58,6 +32,9 @@ class AbaqusReader {
         case Section::kOtherElements:
           skip_element();
           break;
+        case Section::kMaterials:
+          read_material_data();
+          break;
         case Section::kOther:
           file_.skip_line();
           break;
@@ -67,18 +44,20 @@ class AbaqusReader {
       builder_.warn("the file places " + std::to_string(instances_) +
                     " part instances; parts are read once each, in their own coordinates");
     }
+    materials_.store(builder_, kPartStride);
     return builder_.finish();
   }
 
  private:
-  enum class Section { kOther, kNodes, kTets, kOtherElements };
+  enum class Section { kOther, kNodes, kTets, kOtherElements, kMaterials };
+  static constexpr std::int64_t kPartStride = std::int64_t{1} << 40;
 
   void read_keyword() {
     const std::int64_t line_number = file_.line();
     std::string_view line;
     file_.next_line(line);
     if (line.substr(0, 2) == "**") return;  // a comment does not end a section
-    const Keyword keyword = parse_keyword(line);
+    const AbaqusKeyword keyword = parse_abaqus_keyword(line);
     section_ = Section::kOther;
     if (keyword.name == "node") {
       refuse_outside_data(keyword, line_number);
@@ -87,7 +66,7 @@ class AbaqusReader {
       refuse_outside_data(keyword, line_number);
       begin_elements(keyword, line_number);
     } else if (keyword.name == "part") {
-      ++part_;
+      if (++part_ == kMostParts) file_.fail_at(line_number, "the file has too many parts");
     } else if (keyword.name == "instance") {
       ++instances_;
     } else if (keyword.name == "include") {
@@ -98,21 +77,31 @@ class AbaqusReader {
       file_.fail_at(line_number,
                     "generated nodes and elements (*" + keyword.name + ") are not supported",
                     ErrorCode::kUnsupported);
+    } else if (materials_.begin(keyword, part_)) {
+      refuse_outside_data(keyword, line_number);
+      section_ = Section::kMaterials;
     }
   }
 
-  void refuse_outside_data(const Keyword& keyword, std::int64_t line) const {
+  void read_material_data() {
+    std::string_view line;
+    file_.next_line(line);
+    materials_.data(line);
+  }
+
+  void refuse_outside_data(const AbaqusKeyword& keyword, std::int64_t line) const {
     if (keyword.parameters.count("input")) {
       file_.fail_at(line, "data in another file (INPUT=) is not supported; give one file",
                     ErrorCode::kUnsupported);
     }
   }
 
-  void begin_elements(const Keyword& keyword, std::int64_t line) {
+  void begin_elements(const AbaqusKeyword& keyword, std::int64_t line) {
     const auto type = keyword.parameters.find("type");
     if (type == keyword.parameters.end() || type->second.empty())
       file_.fail_at(line, "*ELEMENT without TYPE");
     type_ = type->second;
+    set_ = keyword.value("elset");
     std::string_view solid = type_;
     if (solid.substr(0, 1) == "d") solid.remove_prefix(1);  // heat transfer: DC3D4
     const std::string_view size =
@@ -123,9 +112,10 @@ class AbaqusReader {
     section_ = nodes_per_tet_ > 0 ? Section::kTets : Section::kOtherElements;
   }
 
-  /// Labels of different parts may be equal: the part goes into the upper bits.
+  /// Labels of different parts may be equal: the part goes into the upper bits, of which there are
+  /// 23.
+  static constexpr std::int64_t kMostParts = 1 << 22;
   std::int64_t scoped(std::int64_t label) const {
-    constexpr std::int64_t kPartStride = std::int64_t{1} << 40;
     if (label < 0 || label >= kPartStride)
       file_.fail("an id is out of range: " + std::to_string(label));
     return label + part_ * kPartStride;
@@ -151,6 +141,7 @@ class AbaqusReader {
       builder_.count_curved_tet();
     }
     builder_.add_tet(label, nodes, line);
+    materials_.put(set_, part_, label - part_ * kPartStride);
     file_.skip_line();
   }
 
@@ -166,7 +157,8 @@ class AbaqusReader {
   TextCursor& file_;
   MeshBuilder builder_;
   Section section_ = Section::kOther;
-  std::string type_;
+  AbaqusMaterials materials_;
+  std::string type_, set_;
   int nodes_per_tet_ = 0;
   std::int64_t part_ = 0;
   int instances_ = 0;

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "engine/base/checked_number.h"
 #include "engine/base/error.h"
+#include "engine/base/index.h"
 #include "engine/base/nearest_name.h"
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/scene/formats/mesh_formats.h"
@@ -32,6 +34,8 @@ Json parse(std::string_view text, const char* name) {
   if (!document.is_object()) refuse_job(name, "is not a JSON object");
   return document;
 }
+
+constexpr int kMostVertices = 2000000000;
 
 /// Of a job; "meshLabel" is read by the public code alone.
 constexpr std::string_view kJobKeys[] = {
@@ -66,9 +70,20 @@ void check_keys(const Json& object, std::span<const std::string_view> keys, cons
 
 double read_number(const Json& value, const std::string& field) {
   if (!value.is_number()) refuse_job(field, "is not a number");
-  const auto result = value.get<double>();
+  const auto result = value.get<double>();  // of whole numbers, too
   if (!std::isfinite(result)) refuse_job(field, "is not finite");
   return result;
+}
+
+/// Of a number that is written as a whole one. Json's own conversion would cut off its upper bits.
+/// @returns nothing beyond `most`
+std::optional<int> read_count(const Json& value, int most) {
+  std::optional<int> count;
+  if (const auto* number = value.get_ptr<const Json::number_unsigned_t*>())
+    count = to_whole<int>(*number);
+  else if (const auto* signed_number = value.get_ptr<const Json::number_integer_t*>())
+    count = to_whole<int>(*signed_number);
+  return count && *count >= 0 && *count <= most ? count : std::nullopt;
 }
 
 /// @returns the array under `name`, null where it is absent
@@ -95,10 +110,10 @@ void for_each_vertex(const Json& job, const char* name, Visit&& visit) {
   for (std::size_t i = 0; i < entries->size(); ++i) {
     const std::string field = std::string(name) + "[" + std::to_string(i) + "]";
     const Json& entry = (*entries)[i];
-    if (!entry.is_array() || entry.size() != 2 || !entry[0].is_number_integer() ||
-        entry[0].get<std::int64_t>() < 0 || entry[0].get<std::int64_t>() > 2000000000)
-      refuse_job(field, "is not [vertex, numbers]");
-    visit(entry[0].get<int>(), entry[1], field);
+    const bool is_pair = entry.is_array() && entry.size() == 2;
+    const auto vertex = is_pair ? read_count(entry[0], kMostVertices) : std::nullopt;
+    if (!vertex) refuse_job(field, "is not [vertex, numbers]");
+    visit(*vertex, entry[1], field);
   }
 }
 
@@ -155,10 +170,9 @@ BeamJob read_beam_job(std::string_view content, std::string_view settings) {
                     BeamJob::Fixed fixed;
                     fixed.vertex = vertex;
                     for (const Json& direction : value) {
-                      if (!direction.is_number_integer() || direction.get<int>() < 0 ||
-                          direction.get<int>() > 5)
-                        refuse_job(field, "has a direction that is not 0 to 5");
-                      fixed.directions[direction.get<std::size_t>()] = true;
+                      const auto place = read_count(direction, 5);
+                      if (!place) refuse_job(field, "has a direction that is not 0 to 5");
+                      fixed.directions[index(*place)] = true;
                     }
                     job.fixed.push_back(fixed);
                   });

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/ply_file.h"
@@ -70,11 +71,13 @@ class PlyEdges {
     std::array<bool, 2> found{};
     const auto row = read_row<2>(ply_, element, {"vertex1", "vertex2"}, found);
     if (!found[0] || !found[1]) file_.fail("edges need the properties vertex1 and vertex2");
-    for (const double value : row) {
-      if (!(std::abs(value) < 2e9)) file_.fail("a vertex index that is no number");
+    Edge edge{{}, file_.line()};
+    for (std::size_t end = 0; end < 2; ++end) {
+      const auto vertex = to_whole<int>(row[end]);
+      if (!vertex) file_.fail("a vertex index that is no whole number");
+      edge.vertices[end] = *vertex;
     }
-    edges_.push_back(
-        {{static_cast<std::int64_t>(row[0]), static_cast<std::int64_t>(row[1])}, file_.line()});
+    edges_.push_back(edge);
   }
 
   EdgeMesh finish() const {
@@ -82,13 +85,12 @@ class PlyEdges {
     const auto count = static_cast<std::int64_t>(vertices_.size());
     EdgeMesh mesh;
     for (const Edge& edge : edges_) {
-      for (const std::int64_t index : edge.vertices) {
+      for (const int index : edge.vertices) {
         if (index < 0 || index >= count)
           file_.fail_at(edge.line, "an edge uses vertex " + std::to_string(index) +
                                        " (from 0) of " + std::to_string(count));
       }
-      mesh.edges.emplace_back(static_cast<int>(edge.vertices[0]),
-                              static_cast<int>(edge.vertices[1]));
+      mesh.edges.emplace_back(edge.vertices[0], edge.vertices[1]);
     }
     mesh.vertices.resize(3, static_cast<Eigen::Index>(count));
     mesh.normals.resize(3, static_cast<Eigen::Index>(count));
@@ -100,7 +102,7 @@ class PlyEdges {
   }
 
   struct Edge {
-    std::array<std::int64_t, 2> vertices;
+    std::array<int, 2> vertices;
     std::int64_t line;
   };
   TextCursor& file_;

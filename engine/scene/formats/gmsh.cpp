@@ -72,6 +72,23 @@ std::string next_gmsh_section(TextCursor& file) {
   return {};
 }
 
+void read_gmsh_names(TextCursor& file, MeshBuilder& builder) {
+  constexpr std::int64_t kVolume = 3;
+  constexpr std::size_t kBytesOfName = 128;
+  const std::int64_t count = file.count("the number of physical names", 6);
+  for (std::int64_t i = 0; i < count; ++i) {
+    const std::int64_t dimension = file.integer("the dimension of a physical name");
+    const std::int64_t number = file.integer_in_line("the number of a physical name");
+    std::string_view rest;
+    file.next_line(rest);
+    rest = trim(rest);
+    if (rest.size() >= 2 && rest.front() == '"' && rest.back() == '"')
+      rest = rest.substr(1, rest.size() - 2);
+    if (dimension == kVolume && !rest.empty())
+      builder.name_group(number, std::string(rest.substr(0, kBytesOfName)));
+  }
+}
+
 MeshReading read_gmsh(TextCursor& file) {
   file.expect("$MeshFormat");
   GmshHeader header;

@@ -42,6 +42,9 @@ class GmshNumbers {
 /// file.
 [[nodiscard]] std::string next_gmsh_section(TextCursor& file);
 
+/// The lines of $PhysicalNames: names of groups of volumes. Up to $EndPhysicalNames, which is left.
+void read_gmsh_names(TextCursor& file, MeshBuilder& builder);
+
 [[nodiscard]] MeshReading read_gmsh_2(TextCursor& file, const GmshHeader& header);
 [[nodiscard]] MeshReading read_gmsh_4(TextCursor& file, const GmshHeader& header);
 

@@ -24,6 +24,8 @@ class Gmsh2Reader {
         file_.skip_line();
         number_.binary() ? read_binary_elements(count) : read_text_elements(count);
         elements = true;
+      } else if (section == "PhysicalNames") {
+        read_gmsh_names(file_, builder_);
       } else {
         continue;  // lines up to the next '$' are passed over
       }
@@ -54,9 +56,13 @@ class Gmsh2Reader {
       const std::int64_t label = file_.integer("an element id");
       const std::int64_t type = file_.integer_in_line("an element type");
       const std::int64_t tags = file_.integer_in_line("a number of tags");
-      for (std::int64_t tag = 0; tag < tags; ++tag) file_.integer_in_line("a tag");
+      std::int64_t group = 0;
+      for (std::int64_t tag = 0; tag < tags; ++tag) {
+        const std::int64_t value = file_.integer_in_line("a tag");
+        if (tag == 0) group = value;
+      }
       const GmshElementType* const info = gmsh_element_type(type);
-      add_element(info, type, label, [&] { return file_.integer_in_line("a node id"); });
+      add_element(info, type, label, group, [&] { return file_.integer_in_line("a node id"); });
       file_.skip_line();
     }
   }
@@ -72,16 +78,21 @@ class Gmsh2Reader {
       file_.check_count(tags, "the number of tags", 4);
       for (std::int64_t i = 0; i < block; ++i) {
         const std::int64_t label = number_.int32("an element id");
-        for (std::int64_t tag = 0; tag < tags; ++tag) number_.int32("a tag");
-        add_element(info, type, label, [&] { return number_.int32("a node id"); });
+        std::int64_t group = 0;
+        for (std::int64_t tag = 0; tag < tags; ++tag) {
+          const std::int64_t value = number_.int32("a tag");
+          if (tag == 0) group = value;
+        }
+        add_element(info, type, label, group, [&] { return number_.int32("a node id"); });
       }
       read += block;
     }
   }
 
+  /// @param group  the first tag, the physical entity; 0: none
   template <typename NextNode>
   void add_element(const GmshElementType* info, std::int64_t type, std::int64_t label,
-                   const NextNode& next_node) {
+                   std::int64_t group, const NextNode& next_node) {
     if (info == nullptr) {
       file_.fail_at(file_.line(), "element type " + std::to_string(type) + " is not known",
                     ErrorCode::kUnsupported);
@@ -96,7 +107,7 @@ class Gmsh2Reader {
       builder_.ignore_cell(info->name);
       return;
     }
-    builder_.add_tet(label, corners, line);
+    builder_.add_tet(label, corners, line, group == 0 ? MeshBuilder::kNoGroup : group);
     if (info->nodes > 4) builder_.count_curved_tet();
   }
 
@@ -131,7 +142,7 @@ MeshReading read_gmsh_1(TextCursor& file) {
     const std::int64_t label = file.integer("an element id");
     const std::int64_t line = file.line();
     const std::int64_t type = file.integer_in_line("an element type");
-    file.integer_in_line("a physical entity");
+    const std::int64_t group = file.integer_in_line("a physical entity");
     file.integer_in_line("an elementary entity");
     const std::int64_t nodes = file.integer_in_line("a number of nodes");
     const GmshElementType* const info = gmsh_element_type(type);
@@ -139,7 +150,7 @@ MeshReading read_gmsh_1(TextCursor& file) {
       if (nodes != info->nodes) file.fail("a tetrahedron with " + std::to_string(nodes) + " nodes");
       std::array<std::int64_t, 4> corners{};
       for (std::int64_t& corner : corners) corner = file.integer_in_line("a node id");
-      builder.add_tet(label, corners, line);
+      builder.add_tet(label, corners, line, group == 0 ? MeshBuilder::kNoGroup : group);
       if (nodes > 4) builder.count_curved_tet();
     } else {
       builder.ignore_cell(info != nullptr ? info->name : "cells of unknown type");

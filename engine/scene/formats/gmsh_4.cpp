@@ -1,4 +1,7 @@
 // MSH 4.1: nodes and elements come in blocks, one per entity of the model.
+#include <cstdlib>
+#include <map>
+
 #include "engine/scene/formats/gmsh.h"
 
 namespace limber::scene::formats {
@@ -20,6 +23,10 @@ class Gmsh4Reader {
       } else if (section == "Elements") {
         read_elements();
         elements = true;
+      } else if (section == "PhysicalNames") {
+        read_gmsh_names(file_, builder_);
+      } else if (section == "Entities") {
+        read_entities();
       } else {
         skip_section(section);
         continue;
@@ -56,6 +63,34 @@ class Gmsh4Reader {
       file_.fail("the blocks hold " + std::to_string(builder_.node_count()) + " nodes, not " +
                  std::to_string(total));
     }
+  }
+
+  /// Points, curves, surfaces and volumes with their physical groups; those of volumes count.
+  void read_entities() {
+    std::array<std::int64_t, 4> counts{};
+    for (std::int64_t& count : counts) {
+      count = number_.int64("a number of entities");
+      file_.check_count(count, "a number of entities", number_.binary() ? 32 : 8);
+    }
+    for (std::size_t dimension = 0; dimension < counts.size(); ++dimension)
+      for (std::int64_t i = 0; i < counts[dimension]; ++i) read_entity(dimension);
+  }
+
+  void read_entity(std::size_t dimension) {
+    const std::int64_t tag = number_.int32("the tag of an entity");
+    for (int i = 0; i < (dimension == 0 ? 3 : 6); ++i) number_.real("a corner of an entity");
+    const std::int64_t groups = number_.int64("a number of physical groups");
+    file_.check_count(groups, "a number of physical groups", number_.binary() ? 4 : 1);
+    for (std::int64_t i = 0; i < groups; ++i) {
+      const std::int64_t group = number_.int32("a physical group");
+      if (dimension == 3 && i == 0) group_of_volume_[tag] = group;
+      if (dimension == 3 && i == 1)
+        builder_.warn("a volume is in several physical groups: its first one is taken");
+    }
+    if (dimension == 0) return;
+    const std::int64_t bounds = number_.int64("a number of bounding entities");
+    file_.check_count(bounds, "a number of bounding entities", number_.binary() ? 4 : 1);
+    for (std::int64_t i = 0; i < bounds; ++i) number_.int32("a bounding entity");
   }
 
   void read_node_block() {
@@ -95,7 +130,7 @@ class Gmsh4Reader {
 
   std::int64_t read_element_block() {
     number_.int32("the dimension of an entity");
-    number_.int32("the tag of an entity");
+    const auto volume = group_of_volume_.find(number_.int32("the tag of an entity"));
     const std::int64_t type = number_.int32("an element type");
     const std::int64_t count = number_.int64("the number of elements in a block");
     const GmshElementType* const info = gmsh_element_type(type);
@@ -105,6 +140,8 @@ class Gmsh4Reader {
     }
     file_.check_count(count, "the number of elements in a block", number_.binary() ? 16 : 4);
     if (!info->tet) builder_.ignore_cell(info->name, count);
+    const std::int64_t group =
+        volume == group_of_volume_.end() ? MeshBuilder::kNoGroup : std::abs(volume->second);
     for (std::int64_t i = 0; i < count; ++i) {
       const std::int64_t label = number_.int64("an element tag");
       const std::int64_t line = file_.line();
@@ -114,7 +151,7 @@ class Gmsh4Reader {
         if (node < 4) corners[static_cast<std::size_t>(node)] = value;
       }
       if (!info->tet) continue;
-      builder_.add_tet(label, corners, line);
+      builder_.add_tet(label, corners, line, group);
       if (info->nodes > 4) builder_.count_curved_tet();
     }
     return count;
@@ -123,6 +160,7 @@ class Gmsh4Reader {
   TextCursor& file_;
   GmshNumbers number_;
   MeshBuilder builder_;
+  std::map<std::int64_t, std::int64_t> group_of_volume_;
 };
 
 }  // namespace

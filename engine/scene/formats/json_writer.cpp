@@ -100,7 +100,8 @@ void JsonWriter::null() {
   text_ += "null";
 }
 
-void JsonWriter::numbers(const Eigen::Ref<const Eigen::VectorXf>& values) {
+template <class Vector>
+void JsonWriter::write_numbers(const Vector& values) {
   separate();
   text_ += '[';
   for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -113,5 +114,8 @@ void JsonWriter::numbers(const Eigen::Ref<const Eigen::VectorXf>& values) {
   }
   text_ += ']';
 }
+
+template void JsonWriter::write_numbers(const Eigen::Ref<const Eigen::VectorXf>&);
+template void JsonWriter::write_numbers(const Eigen::Ref<const Eigen::VectorXd>&);
 
 }  // namespace limber::scene::formats

@@ -26,7 +26,8 @@ class JsonWriter {
   void value(double number);
   void null();
   /// An array of a vector's numbers, on one line.
-  void numbers(const Eigen::Ref<const Eigen::VectorXf>& values);
+  void numbers(const Eigen::Ref<const Eigen::VectorXf>& values) { write_numbers(values); }
+  void numbers(const Eigen::Ref<const Eigen::VectorXd>& values) { write_numbers(values); }
 
   template <class Value>
   void member(std::string_view name, const Value& of) {
@@ -43,6 +44,8 @@ class JsonWriter {
   void quote(std::string_view text);
   template <class Number>
   void append(Number number);
+  template <class Vector>
+  void write_numbers(const Vector& values);
 
   std::string text_;
   int depth_ = 0;

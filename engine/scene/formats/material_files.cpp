@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/material_table.h"
 #include "engine/scene/formats/text_cursor.h"
 
@@ -114,10 +115,10 @@ void read_materials(const std::string& name, std::string_view content, MeshReadi
       for_the_rest = material;
     }
     for (const std::int64_t id : group.tets) {
-      const int tet = static_cast<int>(id - base);
-      if (table.assigned(tet))
+      const auto tet = to_whole<int>(id - base);  // first_id() has checked its range
+      if (!tet || table.assigned(*tet))
         file.fail_at(group.line, "tet id " + std::to_string(id) + " has a material already");
-      table.assign(tet, material);
+      table.assign(*tet, material);
     }
   }
   if (for_the_rest >= 0) table.assign_unassigned(for_the_rest);
@@ -132,12 +133,13 @@ std::vector<int> read_fixed_nodes(const std::string& name, std::string_view cont
   std::vector<int> nodes;
   nodes.reserve(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < count; ++i) {
-    const std::int64_t node = file.integer("a node id");
-    if (node < 0 || node >= node_count) {
-      file.fail("node id " + std::to_string(node) + " of a mesh of " + std::to_string(node_count) +
+    const std::int64_t given = file.integer("a node id");
+    const auto node = to_whole<int>(given);
+    if (!node || *node < 0 || *node >= node_count) {
+      file.fail("node id " + std::to_string(given) + " of a mesh of " + std::to_string(node_count) +
                 " nodes");
     }
-    nodes.push_back(static_cast<int>(node));
+    nodes.push_back(*node);
   }
   if (file.skip_blanks()) file.fail("there are more node ids than the count says");
   std::sort(nodes.begin(), nodes.end());

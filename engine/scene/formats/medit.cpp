@@ -65,8 +65,8 @@ MeshReading read_medit(TextCursor& file) {
           nodes[static_cast<std::size_t>(corner)] = file.integer_in_line("a vertex");
         }
         const std::int64_t tet_line = file.line();
-        file.integer_in_line("a reference number");
-        builder.add_tet(i + 1, nodes, tet_line);
+        const std::int64_t reference = file.integer_in_line("a reference number");
+        builder.add_tet(i + 1, nodes, tet_line, reference);
       }
     } else {
       if (const char* const cell = cell_of_keyword(keyword)) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/checked_number.h"
+#include "engine/scene/formats/material_table.h"
+
 namespace limber::scene::formats {
 
 std::int64_t LabelMap::seal() {
@@ -26,7 +29,7 @@ int LabelMap::find(std::int64_t label) const {
   if (labels_.empty()) return -1;
   if (consecutive_) {
     if (label < labels_.front() || label > labels_.back()) return -1;
-    return static_cast<int>(label - labels_.front());
+    return to_whole<int>(label - labels_.front()).value_or(-1);
   }
   const auto found = std::lower_bound(by_label_.begin(), by_label_.end(), std::pair(label, -1));
   return found != by_label_.end() && found->first == label ? found->second : -1;
@@ -50,8 +53,56 @@ void MeshBuilder::add_node(std::int64_t label, double x, double y, double z) {
 }
 
 void MeshBuilder::add_tet(std::int64_t label, const std::array<std::int64_t, 4>& node_labels,
-                          std::int64_t line) {
-  tets_.push_back({label, node_labels, line});
+                          std::int64_t line, std::int64_t group) {
+  tets_.push_back({label, node_labels, line, group});
+}
+
+void MeshBuilder::set_material(std::size_t tet, const bodies::Material& material) {
+  try {
+    material.validate("");
+  } catch (const Error&) {
+    ++refused_materials_;
+    return;
+  }
+  const std::array<double, 3> numbers = {material.youngs_modulus, material.poissons_ratio,
+                                         material.density};
+  const auto [found, is_new] =
+      material_numbers_.try_emplace(numbers, static_cast<int>(materials_.size()));
+  if (is_new) materials_.push_back(material);
+  if (tet_material_.size() <= tet) tet_material_.resize(tet + 1, -1);
+  tet_material_[tet] = found->second;
+}
+
+void MeshBuilder::store_groups(MeshReading& reading) const {
+  std::map<std::int64_t, MeshGroup> by_number;
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    if (tets_[t].group != kNoGroup) by_number[tets_[t].group].tets.push_back(static_cast<int>(t));
+  }
+  const bool is_whole =
+      by_number.size() == 1 && by_number.begin()->second.tets.size() == tets_.size();
+  for (auto& [number, group] : by_number) {
+    const auto name = names_.find(number);
+    if (is_whole && name == names_.end()) continue;
+    group.name = name == names_.end() ? std::to_string(number) : name->second;
+    reading.groups.push_back(std::move(group));
+  }
+  reading.groups.insert(reading.groups.end(), groups_.begin(), groups_.end());
+}
+
+void MeshBuilder::store_materials(MeshReading& reading) const {
+  if (refused_materials_ > 0) {
+    reading.warnings.push_back(std::to_string(refused_materials_) +
+                               " tetrahedra have a material in the file that is none (E > 0, -1 < "
+                               "nu < 0.5 and density > 0 "
+                               "are needed); it is not taken");
+  }
+  if (materials_.empty()) return;
+  MaterialTable table(tets_.size());
+  for (const bodies::Material& material : materials_) table.add_material(material);
+  for (std::size_t t = 0; t < tet_material_.size(); ++t) {
+    if (tet_material_[t] >= 0) table.assign(static_cast<int>(t), tet_material_[t]);
+  }
+  table.store(reading);
 }
 
 void MeshBuilder::ignore_cell(const std::string& kind, std::int64_t count) {
@@ -114,6 +165,8 @@ MeshReading MeshBuilder::finish() {
   if (further_warnings_ > 0)
     warnings_.push_back("there are " + std::to_string(further_warnings_) + " further warnings");
   result.warnings = std::move(warnings_);
+  store_groups(result);
+  store_materials(result);
   return result;
 }
 

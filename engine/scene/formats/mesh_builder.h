@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/scene/formats/mesh_formats.h"
@@ -35,7 +36,8 @@ class LabelMap {
 class MeshBuilder {
  public:
   /// What each takes, here and in the mesh that is made; lists that grow take twice as much.
-  static constexpr std::size_t kBytesOfNode = 96, kBytesOfTet = 144;
+  static constexpr std::size_t kBytesOfNode = 96, kBytesOfTet = 160;
+  static constexpr std::int64_t kNoGroup = INT64_MIN;
 
   explicit MeshBuilder(const TextCursor& file) : file_(file) {}
 
@@ -43,8 +45,14 @@ class MeshBuilder {
   void reserve_tets(std::int64_t count) { tets_.reserve(static_cast<std::size_t>(count)); }
   void add_node(std::int64_t label, double x, double y, double z);
   /// @param label  of the element, for material sets; -1 where the format has none
+  /// @param group  number of the group that the file puts it into
   void add_tet(std::int64_t label, const std::array<std::int64_t, 4>& node_labels,
-               std::int64_t line);
+               std::int64_t line, std::int64_t group = kNoGroup);
+  void name_group(std::int64_t group, std::string name) { names_[group] = std::move(name); }
+  /// A group that is no number of tets, e.g. an element set.
+  void add_group(MeshGroup group) { groups_.push_back(std::move(group)); }
+  /// Of a tet that was added. One that is no material (see bodies::Material::validate) is counted.
+  void set_material(std::size_t tet, const bodies::Material& material);
   /// A tet of higher order, of which the corners were taken.
   void count_curved_tet() { ++curved_tets_; }
   /// A cell that is no tet, e.g. "triangle". A file may name any number of kinds, of any length:
@@ -65,11 +73,21 @@ class MeshBuilder {
     std::int64_t label;
     std::array<std::int64_t, 4> nodes;
     std::int64_t line;
+    std::int64_t group;
   };
+  void store_groups(MeshReading& reading) const;
+  void store_materials(MeshReading& reading) const;
+
   const TextCursor& file_;
   std::vector<std::array<double, 3>> nodes_;
   LabelMap labels_;
   std::vector<LabelledTet> tets_;
+  std::map<std::int64_t, std::string> names_;  // of groups
+  std::vector<MeshGroup> groups_;
+  std::map<std::array<double, 3>, int> material_numbers_;
+  std::vector<bodies::Material> materials_;
+  std::vector<int> tet_material_;  // as far as they are known; -1: none
+  std::int64_t refused_materials_ = 0;
   std::map<std::string, std::int64_t> ignored_;
   std::int64_t curved_tets_ = 0;
   std::vector<std::string> warnings_;

@@ -18,9 +18,18 @@ struct MeshFileSet {
       companions;  // TetGen's other half, VegaFEM includes, one .elastic of materials
 };
 
+/// Tets that a file names together: a physical group, an element set, the cells of one number.
+struct MeshGroup {
+  std::string name;  // its number where the file gives it no name
+  std::vector<int> tets;
+};
+
 struct MeshReading {
   bodies::TetMesh
       mesh;  // in the file's own unit of length; not yet validated beyond what parsing needs
+  /// In the order of their numbers or of the file; a tet may be in several. Empty where all tets
+  /// are in one without a name.
+  std::vector<MeshGroup> groups;
   std::vector<std::string> warnings;  // what was skipped or is missing, in words with counts
 };
 
@@ -34,6 +43,10 @@ struct MeshReadLimits {
 /// legacy VTK (.vtk), VTU
 /// (.vtu), Abaqus (.inp, .abq), VegaFEM (.veg). The content decides where it can be recognised,
 /// else the ending.
+///
+/// Materials come from *ELASTIC, *DENSITY and *SOLID SECTION (Abaqus), from the cell data
+/// youngs_modulus, poissons_ratio and density (.vtk, .vtu) and from VegaFEM's own sections: [Pa]
+/// and [kg/m^3]. What a file says of materials and is not taken is a warning.
 ///
 /// Nodes keep the order of the file and are counted from 0. Cells that are no tets are ignored,
 /// with a warning that counts them; of higher-order tets the corners are taken. A VegaFEM file

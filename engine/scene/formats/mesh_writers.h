@@ -3,10 +3,9 @@
 #include <string>
 
 #include "engine/bodies/tet_mesh.h"
+#include "engine/scene/formats/precision.h"
 
 namespace limber::scene {
-
-enum class Precision { kFloat32, kFloat64 };
 
 /// The bytes of a .vtu file (VTK XML, binary appended raw data, little-endian): the mesh, its
 /// materials as cell data (youngs_modulus, poissons_ratio, density) if it has any.
@@ -16,6 +15,7 @@ enum class Precision { kFloat32, kFloat64 };
 /// One frame of a motion as a .vtu: points at rest + displacement, and the point data
 /// "displacement".
 /// @param displacement  3n, 3 * node + axis, in the mesh's unit of length
+/// @param precision  see precision_for()
 /// @throws Error{kInvalidArgument} for a wrong size
 [[nodiscard]] std::string write_vtu_frame(const bodies::TetMesh& mesh,
                                           const Eigen::VectorXd& displacement,

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <charconv>
 #include <cstdint>
 #include <string_view>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/text_cursor.h"
 
 namespace limber::scene::formats {
@@ -13,19 +13,15 @@ namespace limber::scene::formats {
 /// against the number of vertices.
 inline std::int64_t obj_vertex_index(std::string_view corner, std::int64_t vertex_count,
                                      const TextCursor& file, std::int64_t line) {
-  std::int64_t index = 0;
-  const auto [stop, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
-  const bool whole = stop == corner.data() + corner.size() || *stop == '/';
-  if (error == std::errc() && whole && index == 0) {
+  const auto index = parse_number<std::int64_t>(corner.substr(0, corner.find('/')));
+  if (index == 0) {
     file.fail_at(
         line,
         "vertex index 0: OBJ files count vertices from 1 (negative: back from the newest); "
         "if this file counts from 0, add 1 to every index");
   }
-  if (error != std::errc() || !whole) {
-    file.fail_at(line, "expected a vertex index, found " + in_quotes(corner));
-  }
-  return index > 0 ? index - 1 : vertex_count + index;
+  if (!index) file.fail_at(line, "expected a vertex index, found " + in_quotes(corner));
+  return *index > 0 ? *index - 1 : vertex_count + *index;
 }
 
 /// What follows the "v" of a line: x y z; a weight or colours are passed over.

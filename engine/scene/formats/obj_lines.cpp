@@ -1,6 +1,7 @@
 // Wavefront .obj as a line mesh: "v x y z" and "l i j k ...".
 #include <vector>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/obj_elements.h"
@@ -25,12 +26,13 @@ rods::LineMesh to_mesh(const std::vector<Eigen::Vector3d>& vertices, const std::
   mesh.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
   for (std::size_t e = 0; e < edges.size(); ++e) {
     for (int end = 0; end < 2; ++end) {
-      const std::int64_t index = edges[e].vertices[end];
-      if (index < 0 || index >= static_cast<std::int64_t>(vertices.size())) {
-        file.fail_at(edges[e].line, "a line uses vertex " + std::to_string(index) +
+      const std::int64_t given = edges[e].vertices[end];
+      const auto index = to_whole<int>(given);
+      if (!index || *index < 0 || *index >= mesh.vertices.cols()) {
+        file.fail_at(edges[e].line, "a line uses vertex " + std::to_string(given) +
                                         " (from 0) of " + std::to_string(vertices.size()));
       }
-      mesh.edges(end, static_cast<Eigen::Index>(e)) = static_cast<int>(index);
+      mesh.edges(end, static_cast<Eigen::Index>(e)) = *index;
     }
   }
   if (const auto fault = rods::fault_of(mesh); fault && fault->edge >= 0)

@@ -1,6 +1,7 @@
 // Triangle surfaces in Stanford .ply files.
 #include <cmath>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/ply_file.h"
 #include "engine/scene/formats/surface_readers.h"
 
@@ -54,8 +55,9 @@ class PlyReader {
         continue;
       std::vector<std::int64_t> corners;
       for (const double value : values) {
-        if (!(std::abs(value) < 9e15)) file_.fail("a vertex index that is no number");
-        corners.push_back(static_cast<std::int64_t>(value));
+        const auto corner = to_whole<std::int64_t>(value);
+        if (!corner) file_.fail("a vertex index that is no whole number");
+        corners.push_back(*corner);
       }
       if (!builder_.add_polygon(corners, file_.line()))
         file_.fail("a face of fewer than three vertices");

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "engine/base/checked_number.h"
+
 namespace limber::scene::formats {
 namespace {
 
@@ -134,9 +136,9 @@ const std::vector<double>& PlyFile::read(const PlyProperty& property) {
   values_.clear();
   std::int64_t count = 1;
   if (property.list) {
-    const double claimed = number(property.count_type);
-    if (!(claimed >= 0 && claimed <= 2e9)) file_.fail("a list of wrong length");
-    count = static_cast<std::int64_t>(claimed);
+    const auto claimed = to_whole<int>(number(property.count_type));
+    if (!claimed || *claimed < 0) file_.fail("a list of wrong length");
+    count = *claimed;
     file_.check_count(count, "the length of a list", text_ ? 2 : bytes_of_type(property.type));
   }
   for (std::int64_t i = 0; i < count; ++i) values_.push_back(number(property.type));

@@ -78,10 +78,10 @@ std::string write_pc2(const PointCache& cache) {
   }
   std::string bytes(kMagic);
   append(bytes, std::int32_t{1});
-  append(bytes, static_cast<std::int32_t>(cache.positions.rows() / 3));
+  append<std::int32_t>(bytes, cache.point_count());
   append(bytes, cache.start_frame);
   append(bytes, cache.frames_per_sample);
-  append(bytes, static_cast<std::int32_t>(cache.positions.cols()));
+  append<std::int32_t>(bytes, cache.sample_count());
   const std::size_t size = static_cast<std::size_t>(cache.positions.size()) * sizeof(float);
   if (size > 0) bytes.append(reinterpret_cast<const char*>(cache.positions.data()), size);
   return bytes;

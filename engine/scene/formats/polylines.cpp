@@ -49,8 +49,8 @@ std::string write_vtp(const Polylines& polylines) {
   add_data("PointData", polylines.point_data, points.cols(), vtp);
   add_data("CellData", polylines.line_data, static_cast<Eigen::Index>(offsets.size()), vtp);
   vtp.open("Points");
-  vtp.array<float>("Float32", "Points", 3, static_cast<std::size_t>(points.size()),
-                   [&](Eigen::Index i) { return points.data()[i]; });
+  vtp.reals(precision_for(points), "Points", 3, static_cast<std::size_t>(points.size()),
+            [&](Eigen::Index i) { return points.data()[i]; });
   vtp.close("Points");
   vtp.open("Lines");
   const auto integers = [&](const char* name, const std::vector<int>& values) {

@@ -19,7 +19,7 @@ struct Polylines {
 };
 
 /// The bytes of a .vtp file (VTK XML PolyData, binary appended raw data, little-endian; numbers as
-/// float32).
+/// float32, points far from the origin as float64, see precision_for()).
 /// @throws Error{kInvalidArgument} naming an array of a wrong number of columns, or `lines` for a
 /// point that is not there
 [[nodiscard]] std::string write_vtp(const Polylines& polylines);

@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "engine/base/checked_number.h"
 #include "engine/base/error.h"
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/surface_readers.h"
@@ -27,12 +28,13 @@ TriangleSurface SurfaceBuilder::finish(const TextCursor& file) {
   surface.triangles.resize(3, static_cast<Eigen::Index>(triangles_.size()));
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     for (int corner = 0; corner < 3; ++corner) {
-      const std::int64_t index = triangles_[t].corners[corner];
-      if (index < 0 || index >= vertex_count()) {
-        file.fail_at(triangles_[t].line, "a face uses vertex " + std::to_string(index) +
+      const std::int64_t given = triangles_[t].corners[corner];
+      const auto index = to_whole<int>(given);
+      if (!index || *index < 0 || *index >= vertex_count()) {
+        file.fail_at(triangles_[t].line, "a face uses vertex " + std::to_string(given) +
                                              " (from 0) of " + std::to_string(vertex_count()));
       }
-      surface.triangles(corner, static_cast<Eigen::Index>(t)) = static_cast<int>(index);
+      surface.triangles(corner, static_cast<Eigen::Index>(t)) = *index;
     }
   }
   if (polygons_ > 0)

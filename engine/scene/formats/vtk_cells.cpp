@@ -1,5 +1,9 @@
 #include "engine/scene/formats/vtk_cells.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 namespace limber::scene::formats {
 namespace {
 
@@ -51,7 +55,78 @@ const char* cell_name(std::int64_t type) {
   }
 }
 
+constexpr std::array<const char*, 6> kYoungs = {"youngs_modulus", "young_modulus", "youngsmodulus",
+                                                "young",          "e_modulus",     "e"};
+constexpr std::array<const char*, 5> kPoisson = {"poissons_ratio", "poisson_ratio", "poissonsratio",
+                                                 "poisson", "nu"};
+constexpr std::array<const char*, 2> kDensity = {"density", "rho"};
+constexpr std::array<const char*, 11> kGroups = {
+    "gmsh:physical", "medit:ref", "material",  "materialids", "material_id", "material_ids",
+    "region",        "regions",   "cell_tags", "group",       "abaqus:elset"};
+
+/// The data of the first of these names that the cells have; null: none.
+template <std::size_t Count>
+const std::vector<double>* data_named(const VtkCells& cells,
+                                      const std::array<const char*, Count>& names) {
+  for (const char* const name : names) {
+    const auto found = cells.data.find(name);
+    if (found != cells.data.end()) return &found->second;
+  }
+  return nullptr;
+}
+
+/// What cell data say of cells: materials and numbers of groups.
+class CellValues {
+ public:
+  explicit CellValues(const VtkCells& cells)
+      : youngs_(data_named(cells, kYoungs)),
+        poisson_(data_named(cells, kPoisson)),
+        density_(data_named(cells, kDensity)),
+        groups_(data_named(cells, kGroups)) {}
+
+  [[nodiscard]] bool has_material() const { return youngs_ && poisson_; }
+  [[nodiscard]] bool has_parts_of_material() const { return youngs_ || poisson_ || density_; }
+  [[nodiscard]] bool has_density() const { return density_ != nullptr; }
+  [[nodiscard]] bodies::Material material(std::size_t cell) const {
+    bodies::Material material{(*youngs_)[cell], (*poisson_)[cell]};
+    if (density_) material.density = (*density_)[cell];
+    return material;
+  }
+  [[nodiscard]] std::int64_t group(std::size_t cell) const {
+    constexpr double kLargest = 1e15;
+    if (!groups_ || !(std::abs((*groups_)[cell]) <= kLargest)) return MeshBuilder::kNoGroup;
+    return std::llround((*groups_)[cell]);
+  }
+
+ private:
+  const std::vector<double>*youngs_, *poisson_, *density_, *groups_;
+};
+
+template <std::size_t Count>
+bool is_one_of(const std::string& name, const std::array<const char*, Count>& names) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 }  // namespace
+
+bool is_read_cell_data(const std::string& name) {
+  return is_one_of(name, kYoungs) || is_one_of(name, kPoisson) || is_one_of(name, kDensity) ||
+         is_one_of(name, kGroups);
+}
+
+void warn_of_cell_data(const std::vector<std::string>& unread, MeshBuilder& builder) {
+  constexpr std::size_t kListed = 10, kBytesOfName = 40;
+  std::string names;
+  std::size_t count = 0;
+  for (const std::string& name : unread) {
+    if (name == "gmsh:geometrical" || name == "vtkoriginalcellids") continue;
+    if (++count <= kListed) names += (names.empty() ? "" : ", ") + name.substr(0, kBytesOfName);
+  }
+  if (count == 0) return;
+  if (count > kListed) names += ", ...";
+  builder.warn(std::to_string(count) + " cell arrays are not read (" + names +
+               "): materials are youngs_modulus, poissons_ratio and density");
+}
 
 void add_vtk_cells(const VtkCells& cells, std::int64_t first_node, std::int64_t point_count,
                    const TextCursor& file, MeshBuilder& builder) {
@@ -59,6 +134,14 @@ void add_vtk_cells(const VtkCells& cells, std::int64_t first_node, std::int64_t 
   constexpr std::int64_t kQuadraticTet = 24;
   constexpr std::int64_t kLagrangeTet = 71;
   constexpr std::int64_t kBezierTet = 78;
+  const CellValues values(cells);
+  if (values.has_parts_of_material() && !values.has_material()) {
+    builder.warn(
+        "the cell data have a part of a material alone, which is not taken: "
+        "youngs_modulus and poissons_ratio are needed");
+  } else if (values.has_material() && !values.has_density()) {
+    builder.warn("the cell data have no density: 1000 kg/m^3 is taken");
+  }
   std::int64_t begin = 0;
   for (std::size_t i = 0; i < cells.types.size(); ++i) {
     const std::int64_t end = cells.ends[i];
@@ -83,7 +166,8 @@ void add_vtk_cells(const VtkCells& cells, std::int64_t first_node, std::int64_t 
         }
         nodes[corner] = point + first_node;
       }
-      builder.add_tet(static_cast<std::int64_t>(i), nodes, file.line());
+      builder.add_tet(static_cast<std::int64_t>(i), nodes, file.line(), values.group(i));
+      if (values.has_material()) builder.set_material(builder.tet_count() - 1, values.material(i));
       if (type != kTet) builder.count_curved_tet();
     }
     begin = end;

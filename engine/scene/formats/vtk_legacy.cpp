@@ -13,7 +13,7 @@ class VtkLegacyReader {
 
   MeshReading read() {
     read_header();
-    // Data follow the three sections; they are of no interest here.
+    // Data follow the three sections.
     while (!(points_ && cells_read_ && types_) && file_.skip_blanks()) {
       const std::int64_t line = file_.line();
       const std::string keyword(file_.word());
@@ -38,11 +38,117 @@ class VtkLegacyReader {
       file_.fail(std::to_string(cells_.ends.size()) + " cells but " +
                  std::to_string(cells_.types.size()) + " cell types");
     }
+    read_cell_data();
     add_vtk_cells(cells_, 0, static_cast<std::int64_t>(builder_.node_count()), file_, builder_);
+    warn_of_cell_data(unread_, builder_);
     return builder_.finish();
   }
 
  private:
+  /// A file whose data cannot be read is a mesh all the same.
+  void read_cell_data() {
+    std::string_view line;
+    try {
+      while (file_.next_line(line)) {
+        constexpr std::string_view kKeyword = "CELL_DATA";
+        if (!same_word(line.substr(0, kKeyword.size()), kKeyword)) continue;
+        while (read_attribute()) {
+        }
+        return;
+      }
+    } catch (const Error& error) {
+      builder_.warn(std::string("the cell data are read as far as possible: ") + error.what());
+    }
+  }
+
+  /// One array, or several of a FIELD. False at the end of the cell data.
+  bool read_attribute() {
+    if (!file_.skip_blanks()) return false;
+    const std::string keyword = to_lower(file_.word());
+    const auto cells = static_cast<std::int64_t>(cells_.types.size());
+    if (keyword == "point_data") return false;
+    if (keyword == "metadata") {
+      skip_metadata();
+      return true;
+    }
+    const std::string name(file_.word());
+    if (keyword == "field") {
+      const std::int64_t arrays = file_.count("a number of arrays", 8);
+      for (std::int64_t i = 0; i < arrays; ++i) {
+        if (!file_.skip_blanks()) file_.fail("the file ends inside a FIELD");
+        const std::string array(file_.word());
+        const std::int64_t components = file_.count("a number of components", 1);
+        const std::int64_t tuples = file_.count("a number of tuples", 1);
+        read_values(array, std::string(file_.word()), components, tuples);
+      }
+      return true;
+    }
+    if (keyword == "scalars") {
+      const std::string type(file_.word());
+      const std::int64_t components =
+          file_.skip_blanks_in_line() ? file_.count("a number of components", 1) : 1;
+      file_.expect("LOOKUP_TABLE");
+      file_.word();
+      read_values(name, type, components, cells);
+      return true;
+    }
+    static constexpr std::pair<const char*, int> kSizes[] = {
+        {"vectors", 3},  {"normals", 3},    {"tensors", 9},
+        {"tensors6", 6}, {"global_ids", 1}, {"pedigree_ids", 1}};
+    for (const auto& [word, size] : kSizes) {
+      if (keyword != word) continue;
+      read_values(name, std::string(file_.word()), size, cells);
+      return true;
+    }
+    file_.fail("the attribute " + in_quotes(keyword) + " is not known");
+  }
+
+  /// Keeps a number for each cell under a name that is known, and passes over all else.
+  void read_values(const std::string& name, const std::string& type, std::int64_t components,
+                   std::int64_t tuples) {
+    const std::string key = to_lower(name);
+    file_.skip_line();
+    file_.check_count(components, "a number of components", 1);
+    file_.check_count(components * tuples, "the size of an array", 1);
+    const bool is_kept = is_read_cell_data(key) && components == 1 &&
+                         tuples == static_cast<std::int64_t>(cells_.types.size());
+    if (!is_kept) unread_.push_back(key);
+    std::vector<double> values;
+    const auto count = static_cast<std::size_t>(components * tuples);
+    if (!binary_) {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (is_kept) {
+          values.push_back(file_.real("a value of a cell"));
+        } else {
+          file_.word();
+        }
+      }
+    } else {
+      const std::size_t size = size_of(type);
+      const char* at = file_.bytes(count * size, "an array").data();
+      for (std::size_t i = 0; is_kept && i < count; ++i, at += size)
+        values.push_back(number_at(at, type, size));
+    }
+    if (is_kept) cells_.data[key] = std::move(values);
+  }
+
+  static double number_at(const char* at, const std::string& type, std::size_t size) {
+    if (same_word(type, "float")) return decode<float>(at, ByteOrder::kBig);
+    if (same_word(type, "double")) return decode<double>(at, ByteOrder::kBig);
+    const std::string known = to_lower(type);
+    if (known.starts_with("unsigned_") || known == "vtktypeuint64")
+      return whole_at<std::uint64_t, std::uint32_t, std::uint16_t, std::uint8_t>(at, size);
+    return whole_at<std::int64_t, std::int32_t, std::int16_t, std::int8_t>(at, size);
+  }
+
+  template <class Of8, class Of4, class Of2, class Of1>
+  static double whole_at(const char* at, std::size_t size) {
+    if (size == 8) return static_cast<double>(decode<Of8>(at, ByteOrder::kBig));
+    if (size == 4) return decode<Of4>(at, ByteOrder::kBig);
+    if (size == 2) return decode<Of2>(at, ByteOrder::kBig);
+    return decode<Of1>(at, ByteOrder::kBig);
+  }
+
   void read_header() {
     std::string_view line;
     file_.next_line(line);
@@ -216,6 +322,7 @@ class VtkLegacyReader {
   TextCursor& file_;
   MeshBuilder builder_;
   VtkCells cells_;
+  std::vector<std::string> unread_;
   bool binary_ = false;
   bool points_ = false;
   bool cells_read_ = false;

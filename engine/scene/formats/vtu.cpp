@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <pugixml.hpp>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/readers.h"
 #include "engine/scene/formats/vtk_cells.h"
 #include "engine/scene/formats/vtu_arrays.h"
@@ -30,6 +31,12 @@ pugi::xml_node array_named(const pugi::xml_node& cells, const char* name, const 
   return array;
 }
 
+/// Whether a <Piece> has as many of them as it says, if it does.
+bool says_so(const pugi::xml_node& piece, const char* name, std::size_t count) {
+  const pugi::xml_attribute said = piece.attribute(name);
+  return !said || parse_number<std::size_t>(trim(said.as_string())) == count;
+}
+
 /// x y z of every point.
 std::vector<double> read_points(const pugi::xml_node& piece, const VtuEncoding& encoding,
                                 const TextCursor& file, ArrayBudget& budget) {
@@ -37,16 +44,31 @@ std::vector<double> read_points(const pugi::xml_node& piece, const VtuEncoding& 
   if (!points) file.fail("a <Piece> has no points");
   std::vector<double> coordinates = read_real_array(points, encoding, file, budget);
   const std::size_t point_count = coordinates.size() / 3;
-  if (coordinates.size() % 3 != 0 ||
-      point_count != piece.attribute("NumberOfPoints").as_ullong(point_count)) {
+  if (coordinates.size() % 3 != 0 || !says_so(piece, "NumberOfPoints", point_count)) {
     file.fail("the points are " + std::to_string(coordinates.size()) +
               " numbers, not 3 times NumberOfPoints");
   }
   return coordinates;
 }
 
+/// Of a name that is known and with a number for each cell; others are listed in `unread`.
+void read_cell_data(const pugi::xml_node& array, const VtuEncoding& encoding,
+                    const TextCursor& file, ArrayBudget& budget, VtkCells& cells,
+                    std::vector<std::string>& unread) {
+  const std::string name = to_lower(array.attribute("Name").as_string());
+  const std::string_view components = array.attribute("NumberOfComponents").as_string("1");
+  std::vector<double> values;
+  if (is_read_cell_data(name) && parse_number<int>(trim(components)).value_or(2) <= 1)
+    values = read_real_array(array, encoding, file, budget);
+  if (!values.empty() && values.size() == cells.types.size()) {
+    cells.data[name] = std::move(values);
+  } else if (!name.empty() && std::find(unread.begin(), unread.end(), name) == unread.end()) {
+    unread.push_back(name);
+  }
+}
+
 void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const TextCursor& file,
-                ArrayBudget& budget, MeshBuilder& builder) {
+                ArrayBudget& budget, MeshBuilder& builder, std::vector<std::string>& unread) {
   const std::vector<double> coordinates = read_points(piece, encoding, file, budget);
   const std::size_t point_count = coordinates.size() / 3;
   budget.take(point_count * MeshBuilder::kBytesOfNode, file);
@@ -65,10 +87,12 @@ void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const 
   cells.ends = read("offsets");
   cells.types = read("types");
   if (cells.types.size() != cells.ends.size() ||
-      cells.types.size() != piece.attribute("NumberOfCells").as_ullong(cells.types.size())) {
+      !says_so(piece, "NumberOfCells", cells.types.size())) {
     file.fail("the numbers of cell types (" + std::to_string(cells.types.size()) +
               ") and offsets (" + std::to_string(cells.ends.size()) + ") are not NumberOfCells");
   }
+  for (const pugi::xml_node array : piece.child("CellData").children("DataArray"))
+    read_cell_data(array, encoding, file, budget, cells, unread);
   budget.take(cells.types.size() * MeshBuilder::kBytesOfTet, file);
   add_vtk_cells(cells, first_node, static_cast<std::int64_t>(point_count), file, builder);
 }
@@ -112,10 +136,12 @@ MeshReading read_vtu(const std::string& name, std::string_view content, std::siz
   const VtuEncoding encoding = parse_vtu(content, file, document);
   MeshBuilder builder(file);
   ArrayBudget budget(array_bytes);
+  std::vector<std::string> unread;
   for (const pugi::xml_node piece :
        document.child("VTKFile").child("UnstructuredGrid").children("Piece")) {
-    read_piece(piece, encoding, file, budget, builder);
+    read_piece(piece, encoding, file, budget, builder, unread);
   }
+  warn_of_cell_data(unread, builder);
   return builder.finish();
 }
 

@@ -4,10 +4,10 @@
 
 #include <zlib.h>
 
-#include <cmath>
 #include <limits>
 #include <type_traits>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/formats/base64.h"
 
 namespace limber::scene::formats {
@@ -81,12 +81,14 @@ class VtuArray {
     std::vector<Number> result(bytes.size() / sizeof(Stored));
     for (std::size_t i = 0; i < result.size(); ++i) {
       const Stored value = decode<Stored>(bytes.data() + i * sizeof(Stored), encoding_.order);
-      if constexpr (std::is_floating_point_v<Stored> && !std::is_floating_point_v<Number>) {
-        // Ids as floating-point numbers: some writers do it; NaN and huge values must not reach the
-        // cast.
-        if (!(std::abs(value) <= static_cast<Stored>(1e15))) fail("holds a value that is no id");
+      if constexpr (std::is_floating_point_v<Number>) {
+        result[i] = static_cast<Number>(value);
+      } else {
+        // Ids as floating-point numbers: some writers do it.
+        const auto id = to_whole<Number>(value);
+        if (!id) fail("holds a value that is no id");
+        result[i] = *id;
       }
-      result[i] = static_cast<Number>(value);
     }
     return result;
   }
@@ -97,10 +99,9 @@ class VtuArray {
     if (format_ == "binary") return from_base64(node_.text().get(), size);
     if (format_ != "appended")
       fail("has the unknown format " + in_quotes(format_), ErrorCode::kUnsupported);
-    const unsigned long long offset =
-        node_.attribute("offset").as_ullong(std::numeric_limits<unsigned long long>::max());
-    if (offset > encoding_.appended.size()) fail("begins outside of the appended data");
-    const std::string_view data = encoding_.appended.substr(static_cast<std::size_t>(offset));
+    const auto offset = parse_number<std::size_t>(trim(node_.attribute("offset").as_string()));
+    if (!offset || *offset > encoding_.appended.size()) fail("begins outside of the appended data");
+    const std::string_view data = encoding_.appended.substr(*offset);
     if (!encoding_.appended_base64) return std::string(data.substr(0, size));
     return from_base64(data.substr(0, data.find('<')), size);
   }

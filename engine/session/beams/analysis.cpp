@@ -9,10 +9,10 @@ namespace limber::session {
 BeamAnalysis analyse(beams::BeamModel model, const beams::BeamSolveOptions& options, int shapes,
                      const JobContext& job) {
   beams::BeamStructure structure(std::move(model));
-  ShapeCache<Eigen::Matrix3Xf> keeper(shapes);
+  ShapeCache<Eigen::Matrix3Xd> keeper(shapes);
   beams::BeamSolution solution =
       find_equilibrium(structure, options, job, [&](const beams::BeamProgress& progress) {
-        keeper.keep([&] { return progress.state->positions.cast<float>(); });
+        keeper.keep([&] { return progress.state->positions; });
       });
   job.throw_if_cancelled();
   beams::BeamResults results = results_of(structure, solution.state);

@@ -15,7 +15,7 @@ struct BeamAnalysis {
   beams::BeamSolution solution;
   beams::BeamResults results;
   /// Positions of the nodes along the path, in order, 3 x nodes each [length].
-  std::vector<Eigen::Matrix3Xf> shapes;
+  std::vector<Eigen::Matrix3Xd> shapes;
 };
 
 /// Solves a structure from the state as drawn. An answer that is not in balance is an answer too:

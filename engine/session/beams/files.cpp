@@ -61,7 +61,7 @@ void write_cells(const BeamAnalysis& analysis, VtkXmlWriter& vtu) {
     return elements[static_cast<std::size_t>(i)].section;
   });
   for (const BeamColumn& column : detail::element_columns(analysis))
-    vtu.reals(Precision::kFloat64, column.name, 1, count,
+    vtu.reals(Precision::kFloat64, column.name.c_str(), 1, count,
               [&](Eigen::Index i) { return column.values[i]; });
   vtu.close("CellData");
   vtu.open("Points");
@@ -85,6 +85,48 @@ void write_row(const std::vector<BeamColumn>& columns, Eigen::Index row, JsonWri
   for (const BeamColumn& column : columns) json.member(column.name, column.values[row]);
 }
 
+void write_stations(const std::vector<BeamColumn>& columns, Eigen::Index first, int count,
+                    JsonWriter& json) {
+  json.key("stations");
+  json.begin_array();
+  for (int i = 0; i < count; ++i) {
+    json.begin_object();
+    write_row(columns, first + i, json);
+    json.end_object();
+  }
+  json.end_array();
+}
+
+/// What else there is to know of the equilibrium: members that are empty where that is nothing.
+void write_remarks(const beams::BeamReport& report, JsonWriter& json) {
+  json.key("snaps");
+  json.begin_array();
+  for (const beams::BeamSnap& snap : report.snaps) {
+    json.begin_object();
+    json.member("progress", snap.load_factor);
+    json.member("turn", snap.turn);
+    json.member("node", snap.node);
+    json.end_object();
+  }
+  json.end_array();
+  json.key("neutral_directions");
+  json.begin_array();
+  for (const beams::BeamNeutralDirection& direction : report.neutral_directions) {
+    json.begin_object();
+    json.member("node", direction.node);
+    json.key("translation");
+    json.numbers(direction.translation);
+    json.key("rotation");
+    json.numbers(direction.rotation);
+    json.end_object();
+  }
+  json.end_array();
+  json.key("unjudged_elements");
+  json.begin_array();
+  for (const int element : report.unjudged_elements) json.value(element);
+  json.end_array();
+}
+
 void write_report(const BeamAnalysis& analysis, JsonWriter& json) {
   const beams::BeamReport& report = analysis.solution.report;
   const beams::BeamEnergies& energies = analysis.results.energies;
@@ -93,6 +135,7 @@ void write_report(const BeamAnalysis& analysis, JsonWriter& json) {
   json.member("message", report.message);
   json.member("residual", report.residual);
   json.member("load_factor", report.load_factor);
+  write_remarks(report, json);
   const double largest = analysis.results.largest_utilisation;
   json.member("largest_utilisation", largest > 0 ? largest : std::nan(""));
   json.member("largest_bend", analysis.results.largest_bend);
@@ -140,7 +183,22 @@ std::string beam_elements_csv(const BeamAnalysis& analysis) {
   return text;
 }
 
-std::string beam_json(const BeamAnalysis& analysis) {
+std::string beam_stations_csv(const BeamAnalysis& analysis, int stations) {
+  const auto columns = detail::station_columns(analysis, stations);
+  std::string text = "element";
+  append_heading(text, columns);
+  for (int i = 0; i < analysis.structure.elements(); ++i) {
+    for (int k = 0; k < stations; ++k) {
+      text += std::to_string(i);
+      append_row(text, columns, static_cast<Eigen::Index>(i) * stations + k);
+    }
+  }
+  return text;
+}
+
+std::string beam_json(const BeamAnalysis& analysis, int stations) {
+  const auto along =
+      stations > 0 ? detail::station_columns(analysis, stations) : std::vector<BeamColumn>();
   const auto nodes = detail::node_columns(analysis), elements = detail::element_columns(analysis);
   JsonWriter json;
   json.begin_object();
@@ -149,6 +207,13 @@ std::string beam_json(const BeamAnalysis& analysis) {
   json.begin_object();
   write_beam_units(nodes, json);
   write_beam_units(elements, json);
+  json.member("turn", "rad");
+  json.member("translation", "m");
+  json.member("rotation", "rad");
+  // Of stations, beside those that elements have.
+  json.member("place", "1");
+  json.member("moment_2", "N m");
+  json.member("moment_3", "N m");
   json.end_object();
   json.key("nodes");
   json.begin_array();
@@ -166,6 +231,8 @@ std::string beam_json(const BeamAnalysis& analysis) {
     json.member("start", element.start);
     json.member("finish", element.finish);
     write_row(elements, i, json);
+    if (stations > 0)
+      write_stations(along, static_cast<Eigen::Index>(i) * stations, stations, json);
     json.end_object();
   }
   json.end_array();

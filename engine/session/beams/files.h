@@ -15,10 +15,16 @@ namespace limber::session {
 /// force, reaction moment.
 [[nodiscard]] std::string beam_nodes_csv(const BeamAnalysis& analysis);
 
-/// A row per element: nodes, forces and moments at its ends, stresses, utilisation, energy.
+/// A row per element: nodes, largest forces, moments at its ends, largest stresses, utilisation,
+/// energy, extremes of forces and moments with their places.
 [[nodiscard]] std::string beam_elements_csv(const BeamAnalysis& analysis);
 
+/// A row per station at equal distances along each element: element, place (share of the length at
+/// rest), forces and moments, equivalent stress, utilisation. @param stations  of an element, >= 2
+[[nodiscard]] std::string beam_stations_csv(const BeamAnalysis& analysis, int stations);
+
 /// Everything that the tables have, with how the solver ended, energies and units.
-[[nodiscard]] std::string beam_json(const BeamAnalysis& analysis);
+/// @param stations  of an element, >= 2; 0: none
+[[nodiscard]] std::string beam_json(const BeamAnalysis& analysis, int stations);
 
 }  // namespace limber::session

@@ -41,18 +41,20 @@ beams::BeamReport continued_report(const beams::BeamReport& path,
   report.residual = refined.residual;
   report.elastic_energy = refined.elastic_energy;
   report.negative_eigenvalues = refined.negative_eigenvalues;
+  report.neutral_directions = refined.neutral_directions;
+  report.unjudged_elements = refined.unjudged_elements;
   report.message = refined.message;
   return report;
 }
 
 }  // namespace
 
-Eigen::VectorXf beam_coordinates(const beams::BeamState& state) {
-  Eigen::VectorXf coordinates(7 * state.nodes());
+Eigen::VectorXd beam_coordinates(const beams::BeamState& state) {
+  Eigen::VectorXd coordinates(7 * state.nodes());
   for (int i = 0; i < state.nodes(); ++i) {
     const Eigen::Quaterniond& q = state.rotations[static_cast<std::size_t>(i)];
-    coordinates.segment<3>(7 * i) = state.positions.col(i).cast<float>();
-    coordinates.segment<4>(7 * i + 3) = Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()).cast<float>();
+    coordinates.segment<3>(7 * i) = state.positions.col(i);
+    coordinates.segment<4>(7 * i + 3) = Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
   }
   return coordinates;
 }
@@ -94,6 +96,11 @@ void LiveBeams::name_nodes(beams::BeamReport& report) const {
   for (beams::BeamSnap& snap : report.snaps) {
     if (snap.node >= 0) snap.node = cut_.nearest_node(snap.node);
   }
+  for (beams::BeamNeutralDirection& direction : report.neutral_directions)
+    direction.node = cut_.nearest_node(direction.node);
+  std::vector<int>& elements = report.unjudged_elements;
+  for (int& element : elements) element = cut_.element_of_part(element);
+  elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
 }
 
 /// What the held nodes have turned by, a share of the path from where they were to what conditions
@@ -187,10 +194,12 @@ void LiveBeams::keep_path_state(const BeamConditions& conditions,
 beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure,
                                       beams::FoundUnder found, const JobContext& job,
                                       const beams::BeamObserver& observer) const {
-  return is_drawn_ ? find_equilibrium(structure, {}, job, observer)
-                   : follow_equilibrium(structure, state_, turned_,
-                                        beams::BeamSolveOptions::live(structure.elements()), job,
-                                        observer, found);
+  beams::BeamSolveOptions options;
+  if (!is_drawn_) options = beams::BeamSolveOptions::live(structure.elements());
+  // No edit waits for it: see check().
+  if (!discretisation_.is_chosen()) options.finer_judgement = beams::FinerJudgement::kLeft;
+  return is_drawn_ ? find_equilibrium(structure, options, job, observer)
+                   : follow_equilibrium(structure, state_, turned_, options, job, observer, found);
 }
 
 LiveBeams::Outcome LiveBeams::solve_as_drawn(const SharedConditions& conditions,
@@ -232,7 +241,7 @@ LiveBeams::Outcome LiveBeams::solve_once(const SharedConditions& conditions, con
                                  model_.temporary_loads.end());
   }
   beams::BeamStructure structure(cut_model(model, cut_));
-  ShapeCache<Eigen::VectorXf> keeper(kMaxFrames);
+  ShapeCache<Eigen::VectorXd> keeper(kMaxFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
     const beams::BeamState reached = shown(*progress.state);
     keeper.keep([&] { return beam_coordinates(reached); });
@@ -259,7 +268,7 @@ LiveBeams::Outcome LiveBeams::solve_once(const SharedConditions& conditions, con
   if (outcome.reached) {
     keep(conditions, std::move(structure), std::move(solution));
     outcome.frames = keeper.take();
-    const Eigen::VectorXf last = beam_coordinates(shown(state_));
+    const Eigen::VectorXd last = beam_coordinates(shown(state_));
     if (outcome.frames.empty() || outcome.frames.back() != last) outcome.frames.push_back(last);
   } else if (solution.report.status == BeamStatus::kCancelled) {
     keep_path_state(*conditions, solution);
@@ -288,10 +297,26 @@ std::shared_ptr<const DiscretisationCheck> LiveBeams::check(const JobContext& jo
   check->tolerance = discretisation_.tolerance;
   if (discretisation_.is_chosen() && check->error.is_known)
     next_cut_ = coarsened_where_possible(model_, good_.cut, estimate_->indicators,
-                                         check->error.position_error, *discretisation_.tolerance);
+                                         check->error.error_against(*discretisation_.tolerance),
+                                         *discretisation_.tolerance);
+  if (!discretisation_.is_chosen()) judge(job);
   check->check_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return check;
+}
+
+/// What the solve has left to the check.
+void LiveBeams::judge(const JobContext& job) {
+  beams::BeamReport report = good_.analysis->solution.report;
+  const beams::BeamStructure& whole = good_.analysis->structure;
+  std::optional<beams::BeamStructure> cut;
+  if (!good_.cut.is_whole()) cut.emplace(cut_model(whole.model(), good_.cut));
+  judge_by_shorter_elements(cut ? *cut : whole, good_.state, report, job);
+  if (report.converged() && report.unjudged_elements.empty()) return;
+  name_nodes(report);
+  auto judged = std::make_shared<BeamAnalysis>(*good_.analysis);
+  judged->solution.report = std::move(report);
+  good_.analysis = std::move(judged);
 }
 
 bool LiveBeams::refine(const JobContext& job) {
@@ -313,9 +338,10 @@ bool LiveBeams::refine(const JobContext& job) {
         structure, carry_state(fine, finest.subdivision, finest.state, cut), options, job);
     job.throw_if_cancelled();
     if (!solution.report.converged()) continue;
+    cut_ = cut;
+    name_nodes(solution.report);
     solution.report = continued_report(good_.analysis->solution.report, solution.report);
     const SharedConditions conditions = good_.conditions;
-    cut_ = cut;
     keep(conditions, std::move(structure), std::move(solution));
     return true;
   }

@@ -18,7 +18,7 @@ namespace limber::session {
 
 /// Of one shape, 7 float32 a node: x, y, z [m], then the rotation from rest as a unit quaternion w,
 /// x, y, z.
-[[nodiscard]] Eigen::VectorXf beam_coordinates(const beams::BeamState& state);
+[[nodiscard]] Eigen::VectorXd beam_coordinates(const beams::BeamState& state);
 
 /// A structure of beams that is kept in equilibrium: what the task of a session works with. Driven
 /// by one thread.
@@ -46,7 +46,7 @@ class LiveBeams {
     /// an equilibrium, and the message begins with it.
     beams::BeamReport report;
     /// Shapes along the path, the equilibrium last; empty where it was not reached.
-    std::vector<Eigen::VectorXf> frames;
+    std::vector<Eigen::VectorXd> frames;
   };
   /// Called with states along the path: load steps, or now and then of the relaxation.
   using OnIterate = std::function<void(const beams::BeamState& state)>;
@@ -62,7 +62,8 @@ class LiveBeams {
   Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
   /// What the discretisation of the last equilibrium is worth. Where a tolerance chooses the parts
-  /// and fewer do, the next solve begins with these.
+  /// and fewer do, the next solve begins with these. Else shorter elements judge its stability: the
+  /// report of analysis() may change.
   /// @pre there is one
   /// @throws Error{kCancelled}
   [[nodiscard]] std::shared_ptr<const DiscretisationCheck> check(const JobContext& job);
@@ -87,6 +88,7 @@ class LiveBeams {
   bool begin_at(const SharedConditions& conditions);
   void keep(const SharedConditions& conditions, beams::BeamStructure&& structure,
             beams::BeamSolution&& solution);
+  void judge(const JobContext& job);
   void keep_path_state(const BeamConditions& conditions, const beams::BeamSolution& solution);
   [[nodiscard]] beams::BeamSolution settle(const beams::BeamStructure& structure,
                                            beams::FoundUnder found, const JobContext& job,

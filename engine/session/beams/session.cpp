@@ -81,7 +81,9 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
   void note_close() override { check_cancellation_.request(); }
   bool cancel_other_work() override;
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
-  [[nodiscard]] bool is_other_work_long() const override { return is_check_due(); }
+  [[nodiscard]] std::optional<Urgency> urgency_of_other_work() const override {
+    return is_check_due() ? std::optional(Urgency::kPatient) : std::nullopt;
+  }
   [[nodiscard]] bool is_check_due() const;
 
   [[nodiscard]] bool selects_buckling_direction(const BeamConditions& conditions) const;
@@ -168,7 +170,7 @@ std::shared_ptr<const DiscretisationCheck> BeamSession::Impl::meet_tolerance(
   try {
     while (true) {
       std::shared_ptr<const DiscretisationCheck> check = live_.check(job);
-      if (check->within_tolerance()) return check;
+      if (check->is_fine_enough()) return check;
       publish_shape(live_.state(), round);
       if (!live_.refine(job)) return check;
       outcome.report = live_.analysis()->solution.report;
@@ -225,6 +227,10 @@ void BeamSession::Impl::amend(const BeamResult& checked, const Cancellation& can
   std::string remark;
   try {
     result->discretisation = live_.check({cancellation, {}});
+    if (const auto judged = live_.analysis(); judged != checked.analysis) {
+      result->analysis = judged;
+      result->report = judged->solution.report;
+    }
     remark = describe_discretisation(*result->discretisation);
   } catch (const std::exception& error) {
     remark = fmt::format("The discretisation error could not be estimated: {}", error.what());
@@ -272,7 +278,7 @@ void BeamSession::Impl::publish_iterate(const beams::BeamState& state, const Rou
 
 void BeamSession::Impl::publish_shape(const beams::BeamState& state, const Round& round) {
   auto result = std::make_shared<BeamResult>();
-  result->frames = matrix_of_columns({beam_coordinates(state)});
+  result->frames = matrix_of_columns(std::vector{beam_coordinates(state)});
   publish(std::move(result), round);
 }
 

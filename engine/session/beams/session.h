@@ -26,7 +26,7 @@ struct BeamResult : ResultHeader {
   /// Coordinates (see beam_coordinates), a column a shape: of a final result, the load steps or
   /// shapes of the relaxation towards it; else the current shape. The last column is the
   /// shape.
-  std::shared_ptr<const Eigen::MatrixXf> frames;
+  std::shared_ptr<const Eigen::MatrixXd> frames;
   /// Of the shape, where it is final; null where there was never an equilibrium.
   std::shared_ptr<const BeamAnalysis> analysis;
   /// kPending: it is published again with its `discretisation`. Where a tolerance chooses the

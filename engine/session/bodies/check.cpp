@@ -27,7 +27,8 @@ bool BodySession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
     begin_check(lock);
     return true;
   }
-  return do_mode_work(lock);
+  if (do_search_work(lock)) return true;
+  return lock.owns_lock() && do_mode_work(lock);
 }
 
 /// Takes the lock, may leave without it. Called by the session's task: what the problem says is

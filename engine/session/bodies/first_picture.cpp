@@ -18,10 +18,15 @@ constexpr int kMaxSteps = 10;  // of the solver for one picture: the build waits
 FirstPicture::FirstPicture(const scene::Scene& scene,
                            std::shared_ptr<const scene::SurfacePoints> points,
                            const MappedBody& mapped, const reduced::ModelOptions& options,
-                           const spacetime::SolverOptions& solver, const JobContext& job) {
+                           const spacetime::SolverOptions& solver, const ModelCache* cache,
+                           const JobContext& job) {
   LIMBER_DEMAND(scene.base_motion.size() == 0);
-  model_ = std::make_shared<const reduced::ReducedModel>(
-      reduced::build_first_model(mapped.body, options, job));
+  const auto build = [&](const JobContext& shared) {
+    return std::make_shared<const reduced::ReducedModel>(
+        reduced::build_first_model(mapped.body, options, shared));
+  };
+  model_ =
+      cache ? cache->first_model(ModelCache::key(mapped.body, options), job, build) : build(job);
   auto shown = std::make_shared<ShownBasis>();
   shown->basis = {model_, &model_->basis};
   shown->geometry = std::make_shared<const Geometry>(make_geometry(scene, mapped, *model_));

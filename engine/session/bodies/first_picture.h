@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/session/bodies/live_problem.h"
+#include "engine/session/bodies/model_cache.h"
 #include "engine/session/bodies/session.h"
 
 namespace limber::session {
@@ -13,10 +14,13 @@ namespace limber::session {
 class FirstPicture {
  public:
   /// @param scene  outlives this; without base motion; @param points  of it
+  /// @param cache  through which sessions of one body share the model; null: it is of this one
+  /// alone
   /// @throws Error as build_first_model()
   FirstPicture(const scene::Scene& scene, std::shared_ptr<const scene::SurfacePoints> points,
                const MappedBody& mapped, const reduced::ModelOptions& options,
-               const spacetime::SolverOptions& solver, const JobContext& job);
+               const spacetime::SolverOptions& solver, const ModelCache* cache,
+               const JobContext& job);
 
   [[nodiscard]] const std::shared_ptr<const ShownBasis>& shown() const { return shown_; }
 

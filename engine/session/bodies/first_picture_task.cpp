@@ -27,7 +27,7 @@ void BodySession::Impl::begin_picture(const MappedBody& mapped,
     return;
   try {
     auto picture = std::make_unique<FirstPicture>(scene, document_.surface_points(), mapped,
-                                                  options, options_.solver, job);
+                                                  options, options_.solver, cache_.get(), job);
     auto compact = std::make_shared<const std::vector<int>>(mapped.compact_of_source);
     {
       const std::lock_guard lock(mutex_);
@@ -45,7 +45,6 @@ void BodySession::Impl::begin_picture(const MappedBody& mapped,
 }
 
 JobContext BodySession::Impl::with_picture(const JobContext& job) {
-  if (!picture_) return job;
   return {job.cancellation, [this, job](const std::string& stage, double fraction) {
             if (job.progress) job.progress(stage, fraction);
             try {

@@ -59,11 +59,11 @@ Eigen::MatrixXd positions_of(const Geometry& geometry, const LengthUnit& unit,
   return positions;
 }
 
-Eigen::MatrixXf source_positions(const scene::Scene& scene, const MappedBody& mapped,
+Eigen::MatrixXd source_positions(const scene::Scene& scene, const MappedBody& mapped,
                                  const Eigen::Ref<const Eigen::MatrixXd>& displacements) {
   const LengthUnit unit(scene.length_unit_in_metres);
   const auto& rest = scene.mesh.nodes;
-  Eigen::MatrixXf positions(rest.size(), displacements.cols());
+  Eigen::MatrixXd positions(rest.size(), displacements.cols());
   for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
     for (Eigen::Index node = 0; node < rest.cols(); ++node) {
       const int compact = mapped.compact_of_source[static_cast<std::size_t>(node)];
@@ -71,15 +71,15 @@ Eigen::MatrixXf source_positions(const scene::Scene& scene, const MappedBody& ma
       if (compact >= 0) {
         at += unit.to_scene(displacements.col(frame).segment<3>(3 * compact).array()).matrix();
       }
-      positions.col(frame).segment<3>(3 * node) = at.cast<float>();
+      positions.col(frame).segment<3>(3 * node) = at;
     }
   }
   return positions;
 }
 
-scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positions) {
+scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXd& positions) {
   const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
-  scene.base_motion = positions.cast<double>().colwise() - rest;
+  scene.base_motion = positions.colwise() - rest;
   scene.frame_count = static_cast<int>(positions.cols());
   const auto is_behind = [&](const auto& wish) { return wish.frame >= scene.frame_count; };
   std::erase_if(scene.constraints, is_behind);

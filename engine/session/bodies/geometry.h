@@ -36,12 +36,12 @@ namespace limber::session {
 
 /// Positions [scene units] of displacements (3n x frames [m] of compact nodes), 3 source nodes x
 /// frames. Nodes of no tet stay where they are.
-[[nodiscard]] Eigen::MatrixXf source_positions(
+[[nodiscard]] Eigen::MatrixXd source_positions(
     const scene::Scene& scene, const MappedBody& mapped,
     const Eigen::Ref<const Eigen::MatrixXd>& displacements);
 
 /// The scene with a motion (3 source nodes x frames [scene units]) as its base motion; it has the
 /// motion's frames, and neither constraints nor keyframes in others.
-[[nodiscard]] scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positions);
+[[nodiscard]] scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXd& positions);
 
 }  // namespace limber::session

@@ -36,7 +36,7 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
           },
           [this] { post(std::unique_lock(mutex_)); }),
       choice_(
-          mutex_, std::move(executor),
+          mutex_, executor,
           [this](const ModeRequest& request, const JobContext& job) {
             if (!chooser_) {
               chooser_ = std::make_unique<ModeChooser>(document_.unedited(), *options_.mode_choice,
@@ -44,9 +44,16 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
             }
             return chooser_->choose(request, job);
           },
-          [this] { post(std::unique_lock(mutex_)); }) {
+          [this] { post(std::unique_lock(mutex_)); }, Urgency::kLong),
+      search_(
+          mutex_, std::move(executor),
+          [this](const StartRequest& request, const JobContext& job) {
+            return search_starts(request, options_.solver, job);
+          },
+          [this] { post(std::unique_lock(mutex_)); }, Urgency::kLong) {
   options_.solver.validate();
   if (options_.mode_choice) options_.mode_choice->validate();
+  if (options_.start_search) options_.start_search->validate();
 }
 
 EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
@@ -104,19 +111,26 @@ void BodySession::Impl::interrupt_round() {
   gone_out_of_date_.notify_all();
   check_.stop();
   choice_.stop();
-  is_choosing_ = is_choice_cancelled_ = false;
+  search_.stop();
+  is_choosing_ = is_choice_cancelled_ = is_searching_ = is_search_cancelled_ = false;
 }
 
 void BodySession::Impl::cancel() {
   {
     std::unique_lock lock(mutex_);
     // What is due is out of date where a newer round is to come or runs.
-    if (is_choosing_ || (is_choice_due() && !has_work_ && !is_solving_)) {
+    const bool is_idle = !has_work_ && !is_solving_;
+    if (is_searching_ || (is_search_due() && is_idle)) {
+      search_.stop();
+      is_searching_ = false;
+      is_search_cancelled_ = true;
+      is_choice_cancelled_ = newest_->awaits_modes;
+    } else if (is_choosing_ || (is_choice_due() && is_idle)) {
       choice_.stop();
       is_choosing_ = false;
       is_choice_cancelled_ = true;
-      post(std::move(lock));
     }
+    if (is_search_cancelled_ || is_choice_cancelled_) post(std::move(lock));
   }
   SessionCore::cancel();
 }
@@ -142,6 +156,7 @@ BodyOrder BodySession::Impl::take_order() {
 void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) {
   check_.close(wait);
   choice_.close(wait);
+  search_.close(wait);
 }
 
 scene::Scene BodySession::Impl::scene() const {

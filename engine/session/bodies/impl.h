@@ -20,6 +20,7 @@
 #include "engine/session/bodies/mode_question.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/session.h"
+#include "engine/session/bodies/start_search.h"
 #include "engine/session/core/background_check.h"
 #include "engine/session/core/session_core.h"
 
@@ -82,6 +83,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   using MotionFound = MotionChecks::Found;
   using ModeChoices = BackgroundCheck<BodyResult, ModeFinding, ModeRequest>;
   using ModesFound = ModeChoices::Found;
+  using StartSearches = BackgroundCheck<BodyResult, StartFinding, StartRequest>;
+  using StartsFound = StartSearches::Found;
 
   // impl.cpp: the shared half.
   Revision document_revision() const override { return document_.revision(); }
@@ -163,6 +166,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::shared_ptr<BodyResult> result_of_motion(const Round& round,
                                                const spacetime::SolveReport& report, bool is_final);
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
+  /// Of a final result: which constraints are out of reach, in its message too.
+  void note_reach(BodyResult& result) const;
 
   // early_frames.cpp: of long motions, what is looked at and what was edited, before all of it.
   void publish_early(const Round& round, const spacetime::SolveReport& report);
@@ -202,6 +207,23 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// The check's task.
   MotionCheck check(const CheckRequest& request, const JobContext& job);
   void amend(const MotionFound& found);
+
+  // start_search_task.cpp: optima from further starts, by a task of its own.
+  /// With the lock, the task's: one thing to do about it, if there is any.
+  bool do_search_work(std::unique_lock<std::mutex>& lock);
+  void begin_search(std::unique_lock<std::mutex>& lock);
+  [[nodiscard]] bool is_search_due() const;
+  /// Of a final result: whether its problem may have other optima that a search would find in time.
+  [[nodiscard]] bool is_several_optima_possible(const BodyResult& result) const;
+  /// Starts that may be compared for the problem of now; 0: its size allows none.
+  [[nodiscard]] int starts_to_compare() const;
+  [[nodiscard]] int constraint_count() const;
+  /// Whether starts were compared for a motion near this one, and for as many constraints.
+  [[nodiscard]] bool is_searched(const Eigen::MatrixXd& motion) const;
+  void adopt_start(const StartsFound& found);
+  [[nodiscard]] std::shared_ptr<BodyResult> with_start(const StartFinding& finding,
+                                                       const BodyResult& before,
+                                                       const Round& round);
 
   // mode_choice_task.cpp: how many modes the scene needs, found out by a task of its own.
   /// With the lock, the task's: one thing to do about it, if there is any.
@@ -264,7 +286,9 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   ModeChoice mode_choice_;
   bool is_solving_ = false;           // a round runs, no other work
   bool is_choosing_ = false;          // a choice was begun, and is not out of date
+  bool is_searching_ = false;         // for starts, and it is not out of date
   bool is_choice_cancelled_ = false;  // cancel() was called meanwhile
+  bool is_search_cancelled_ = false;  // the same
   int fewer_modes_ = 0;               // to be used from the next round on; 0: none
   std::optional<FirstPictureInfo> picture_info_;
 
@@ -295,6 +319,9 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   MotionChecks check_;
   std::unique_ptr<ModeChooser> chooser_;  // the choice's task's
   ModeChoices choice_;
+  Eigen::MatrixXd searched_;      // the task's: z for which starts were compared
+  int searched_constraints_ = 0;  // the task's: how many there were
+  StartSearches search_;
 };
 
 }  // namespace limber::session

@@ -80,7 +80,8 @@ bool BodySession::Impl::is_question(const BodyResult& result) {
 /// Called with the lock.
 bool BodySession::Impl::is_choice_due() const {
   return newest_ && newest_ == final_ && newest_->awaits_modes && newest_->check == Check::kDone &&
-         choice_.is_new(*newest_) && !is_choosing_;
+         choice_.is_new(*newest_) && !is_choosing_ &&
+         !(newest_->awaits_starts && (is_searching_ || search_.is_new(*newest_)));
 }
 
 bool BodySession::Impl::do_mode_work(std::unique_lock<std::mutex>& lock) {

@@ -240,14 +240,18 @@ void ModeChooser::build(const ModeRequest& request, ModeFinding& finding,
   reduced::ModelOptions options = map_model(*scene_, mapped.body);
   options.mode_count = std::max(options.mode_count, finding.choice.modes);
   const Eigen::MatrixXd& animation = request.body->base;
-  const std::string key = cache_ ? ModelCache::key(mapped.body, options, animation) : std::string();
-  std::shared_ptr<const reduced::ReducedModel> model = cache_ ? cache_->load(key) : nullptr;
-  if (model && model->node_count != mapped.body.mesh.node_count()) model.reset();
-  finding.from_cache = model != nullptr;
-  if (!model) {
-    model = std::make_shared<const reduced::ReducedModel>(
-        reduced::build_model(mapped.body, options, quiet, animation));
-    if (cache_) cache_->store(key, *model);
+  const auto make = [&](const JobContext& shared) {
+    return std::make_shared<const reduced::ReducedModel>(
+        reduced::build_model(mapped.body, options, shared, animation));
+  };
+  std::shared_ptr<const reduced::ReducedModel> model;
+  if (cache_) {
+    const auto found = cache_->find_or_build(ModelCache::key(mapped.body, options, animation),
+                                             mapped.body.mesh.node_count(), quiet, make);
+    model = found.model;
+    finding.from_cache = found.is_from_disk;
+  } else {
+    model = make(quiet);
   }
   if (animation.size() > 0) {
     finding.base = std::make_shared<const reduced::BaseMotion>(

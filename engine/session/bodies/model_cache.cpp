@@ -123,6 +123,28 @@ std::shared_ptr<const reduced::ReducedModel> ModelCache::load(const std::string&
   }
 }
 
+ModelCache::Found ModelCache::find_or_build(const std::string& key, int nodes,
+                                            const JobContext& job, const SharedBuilds::Make& build,
+                                            const std::function<void()>& on_absent) const {
+  const auto from_disk = [&] {
+    auto model = load(key);
+    return model && model->node_count == nodes ? model : nullptr;
+  };
+  if (auto model = from_disk()) return {std::move(model), true};
+  if (on_absent) on_absent();
+  bool is_from_disk = false;
+  const auto make = [&](const JobContext& shared) {
+    auto model = from_disk();  // another session may have built it a moment ago
+    is_from_disk = model != nullptr;
+    if (model) return model;
+    model = build(shared);
+    store(key, *model);
+    return model;
+  };
+  auto model = builds_.get(key, job, make).model;
+  return {std::move(model), is_from_disk};
+}
+
 bool ModelCache::store(const std::string& key, const reduced::ReducedModel& model) const {
   if (folder_.empty()) return false;
   try {

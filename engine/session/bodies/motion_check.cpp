@@ -96,7 +96,7 @@ void describe_misses(const MotionCheck& check, std::vector<std::string>& sentenc
     return fmt::format("{:.3g} ({} of the body's length)", distance / check.length_unit,
                        percent(distance / check.length));
   };
-  if (is_out_of_reach(check)) {
+  if (is_out_of_reach(check) && !check.is_reach_reported) {
     sentences.push_back(
         fmt::format("A constraint is missed by {:.2g} body lengths: its target is beyond the reach "
                     "of its nodes, or its weight is too small.",
@@ -137,6 +137,16 @@ void describe_velocities(const MotionCheck& check, std::vector<std::string>& sen
   }
 }
 
+/// Whether a finer model would help: shapes are off, or full ones miss more than shown ones.
+bool is_of_model(const MotionCheck& check) {
+  const reduced::MotionError& error = check.error;
+  const double visible = kMinVisibleMiss * check.length;
+  return !check.within_tolerance() || is_worst_frame_off(check) ||
+         error.max_constraint_error > check.shown_constraint_error + visible ||
+         error.max_exact_error > check.shown_exact_error + visible ||
+         error.max_velocity_error > check.shown_velocity_error + visible / kVisibleFrames;
+}
+
 std::string describe_remedy(const MotionCheck& check) {
   const reduced::MotionError& error = check.error;
   // Training poses scatter about their typical reach by nearly a factor of two.
@@ -149,6 +159,10 @@ std::string describe_remedy(const MotionCheck& check) {
         error.linear_reach > 4 * check.trained_reach ? "far " : "",
         error.linear_reach / check.length, error.reach_frame, check.trained_reach / check.length);
   }
+  if (check.is_contradictory && check.within_tolerance() && error.inverted_tets == 0) {
+    return "Exact constraints contradict each other: remove some, make them soft, or move their "
+           "targets to where they agree. A finer model does not change that.";
+  }
   if (is_out_of_reach(check) && check.within_tolerance() && error.inverted_tets == 0) {
     return "Move the target nearer, constrain a node that is farther from fixed ones, or raise the "
            "weight.";
@@ -156,6 +170,10 @@ std::string describe_remedy(const MotionCheck& check) {
   if (error.inverted_tets > 0 && check.within_tolerance()) {
     return "Move targets nearer, constrain groups of nodes rather than single ones, or repair thin "
            "tets of the mesh.";
+  }
+  if (!is_of_model(check)) {
+    return "The shown shapes miss it as much: move targets nearer, or raise weights. A finer model "
+           "does not change that.";
   }
   return "A smaller model.tolerance, or a larger model.basis_size and model.cubature_size, makes "
          "the model finer; targets that are nearer make the error smaller.";
@@ -269,7 +287,11 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   check.tolerance = scene_->model.tolerance;
   check.is_exact = request.result->is_exact;
   check.length_unit = scene_->length_unit_in_metres;
+  check.is_reach_reported = !result.out_of_reach.empty();
+  check.is_contradictory = result.report.rank_deficient &&
+                           result.report.max_exact_error > kMinVisibleMiss * model_->length;
   check.shown_constraint_error = result.report.max_constraint_error;
+  check.shown_exact_error = result.report.max_exact_error;
   check.shown_velocity_error = result.report.max_velocity_error;
   check.frames_per_second = result.frames_per_second;
   if (scene_->constraint_tolerance)

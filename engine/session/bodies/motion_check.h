@@ -22,6 +22,7 @@ struct MotionCheck {
   /// Largest distance of a target from where the shown motion has its nodes: the
   /// max_constraint_error of the result's report [m].
   double shown_constraint_error = 0;
+  double shown_exact_error = 0;                // the same of exact constraints alone [m]
   double shown_velocity_error = 0;             // the max_velocity_error of that report [m/frame]
   double frames_per_second = 1;                // numbers of messages are per second
   std::optional<double> constraint_tolerance;  // the scene's [m]
@@ -31,6 +32,10 @@ struct MotionCheck {
   double largest_step = 0, largest_step_of_start = 0;
   /// Typical largest displacement of the widest training poses, as linear_reach [m].
   double trained_reach = 0;
+  /// The result says itself which constraints are out of reach.
+  bool is_reach_reported = false;
+  /// Exact constraints depend on or contradict each other, and are missed.
+  bool is_contradictory = false;
   bool is_exact = false;  // the result's: energies and misses are those of the full map
   double check_ms = 0;    // that it took
 

@@ -23,6 +23,9 @@ constexpr double kRounding = 1e-9;
 /// Of the displacements: what is left over where modes do not see the motion.
 constexpr double kPoorProjection = 0.1;
 
+/// Of the displacements: a continuation that is further off is no prediction.
+constexpr double kPoorContinuation = 0.1;
+
 /// Frames that are reconstructed at a time.
 constexpr Eigen::Index kChunk = 64;
 
@@ -107,11 +110,11 @@ struct Continued {
 };
 
 /// Elastic coordinates by the material; rigid ones as they were seen, then at a steady velocity.
-Continued continue_motion(const Recoverable& from, const spacetime::RecoveredMotion& recovered,
-                          int total) {
+Continued continue_motion(const Recoverable& from, const spacetime::Recovery& recovery, int total) {
+  const spacetime::RecoveredMotion& recovered = recovery.motion;
   const Eigen::Index known = recovered.z.cols(), ahead = total - known;
   const Eigen::Index rigid = from.model.rigid_count;
-  const auto free = spacetime::continue_freely(recovered, static_cast<int>(ahead));
+  const auto free = spacetime::continue_freely(recovery, static_cast<int>(ahead));
   Continued result;
   result.bounded_modes = free.bounded_modes;
   result.z.resize(from.projected.z.rows(), total);
@@ -176,6 +179,12 @@ std::string notes(const scene::Scene& scene, const RecoveryReport& report,
                     "takes the stiffest that does not grow",
                     bounded_modes));
   }
+  if (report.continued_error > kPoorContinuation) {
+    note(
+        fmt::format("the continuation is off by {:.0f} % in the frames of the base motion behind "
+                    "those that it was recovered from (limit {:.0f} %): do not rely on it",
+                    100 * report.continued_error, 100 * kPoorContinuation));
+  }
   if (report.projection_error > kPoorProjection) {
     note(
         fmt::format("the candidate modes leave {:.0f} % of the base motion: more of them "
@@ -238,7 +247,7 @@ MaterialRecovery recover(const scene::Scene& scene, const RecoveryRequest& reque
       from.model.eigenvalues.tail(elastic),
       options_of(resolved_request, std::min(scene.model.mode_count, static_cast<int>(elastic))),
       job.part(0.5, 0.7));
-  const Continued continued = continue_motion(from, recovery.motion, resolved_request.total_frames);
+  const Continued continued = continue_motion(from, recovery, resolved_request.total_frames);
 
   MaterialRecovery result;
   result.geometry = rest_geometry(scene, from.mapped);
@@ -260,7 +269,7 @@ MaterialRecovery recover(const scene::Scene& scene, const RecoveryRequest& reque
   const int last = std::min(resolved_request.total_frames, scene.frame_count);
   report.recovered_frames = resolved_request.recovered_frames;
   report.frames_per_second = scene.dynamics.frames_per_second;
-  describe_material(recovery.motion, rigid, report);
+  describe_material(recovery.swings, rigid, report);
   report.converged = recovery.report.status == spacetime::RecoveryStatus::kConverged;
   report.steps = recovery.report.steps;
   report.energies = recovery.report.energies;

@@ -33,7 +33,8 @@ struct RecoveryRequest {
 struct RecoveryReport {
   int recovered_frames = 0;
   double frames_per_second = 30;
-  /// Lambda and D of r modes, after six rigid motions of a free body, whose both are 0.
+  /// Lambda and D of the swings of r modes (spacetime::Recovery), after six rigid motions of a free
+  /// body, whose both are 0.
   spacetime::ModeDynamics dynamics;
   /// S, R x r; of a free body (R + 6) x (r + 6), the identity for the rigid motions.
   Eigen::MatrixXd mixing;
@@ -52,7 +53,7 @@ struct RecoveryReport {
 /// A recovered and continued motion on the mesh as the client sent it.
 struct MaterialRecovery {
   Geometry geometry;          // without a basis
-  Eigen::MatrixXf positions;  // 3 source nodes x frames, 3 * node + axis [scene units]
+  Eigen::MatrixXd positions;  // 3 source nodes x frames, 3 * node + axis [scene units]
   RecoveryReport report;
 };
 

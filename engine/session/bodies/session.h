@@ -16,6 +16,7 @@
 #include "engine/session/bodies/mode_choice.h"
 #include "engine/session/bodies/model_cache.h"
 #include "engine/session/bodies/motion_check.h"
+#include "engine/session/bodies/start_comparison.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
 #include "engine/session/core/listener.h"
@@ -66,6 +67,8 @@ struct BodyResult : ResultHeader {
   /// Of a final result: power of the motion above half the Nyquist frequency, in [0, 1]
   /// (spacetime/motion_spectrum.h); nothing for a few frames.
   std::optional<double> high_frequency_share;
+  /// Of a final result: constraints that it stops short of, the worst first.
+  std::vector<spacetime::ConstraintMiss> out_of_reach;
   double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
   int first_frame = 0;  // of the first column of coordinates and modal: 0 but in early frames
@@ -86,6 +89,13 @@ struct BodyResult : ResultHeader {
   /// Of a final result, once it is checked: whether its modes are enough is being found out. An
   /// amendment without this follows, or a better final result, unless an edit is quicker.
   bool awaits_modes = false;
+  /// The starts that were compared for it; nothing before, or where there was nothing to compare.
+  std::optional<StartComparison> starts;
+  /// Of a final result, once it is checked: further starts are being tried. An amendment without
+  /// this follows, or a better final result, unless an edit is quicker.
+  bool awaits_starts = false;
+  /// Whether another result of this revision follows a checked one, unless an edit is quicker.
+  [[nodiscard]] bool is_followed() const { return awaits_modes || awaits_starts; }
 };
 
 /// What was shown until the session's own model was built.
@@ -131,6 +141,9 @@ struct SessionOptions {
   /// Where the scene does not name r: how it is chosen, after final exact results; none: it stays
   /// ModelRequest::kDefaultModes.
   std::optional<ModeChoiceOptions> mode_choice;
+  /// Whether final exact results are compared with optima from further starts, and which; none:
+  /// they are not.
+  std::optional<StartSearchOptions> start_search;
 };
 
 /// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit

@@ -28,7 +28,7 @@ struct SimulationReport {
 /// A simulated motion on the mesh as the client sent it.
 struct SimulatedMotion {
   Geometry geometry;          // without a basis
-  Eigen::MatrixXf positions;  // 3 source nodes x frames, 3 * node + axis [scene units]
+  Eigen::MatrixXd positions;  // 3 source nodes x frames, 3 * node + axis [scene units]
   SimulationReport report;
 };
 

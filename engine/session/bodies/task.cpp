@@ -9,6 +9,7 @@
 #include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/impl.h"
 #include "engine/session/bodies/material_outcome.h"
+#include "engine/session/bodies/reach.h"
 #include "engine/session/bodies/weight_scale.h"
 
 namespace limber::session {
@@ -57,15 +58,19 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
   Built built;
   Eigen::MatrixXd animation;
   if (scene.base_motion.size() > 0) animation = map_base_motion(scene, mapped.source_of_compact);
-  const std::string key = cache_ ? ModelCache::key(mapped.body, options, animation) : std::string();
-  if (cache_) built.model = cache_->load(key);
-  if (built.model && built.model->node_count != mapped.body.mesh.node_count()) built.model.reset();
-  built.from_cache = built.model != nullptr;
-  if (!built.model) {
+  const auto build = [&](const JobContext& shared) {
+    return std::make_shared<const reduced::ReducedModel>(
+        reduced::build_model(mapped.body, options, shared.part(0.02, 0.95), animation));
+  };
+  if (cache_) {
+    const std::string key = ModelCache::key(mapped.body, options, animation);
+    const auto found = cache_->find_or_build(key, mapped.body.mesh.node_count(), with_picture(job),
+                                             build, [&] { begin_picture(mapped, options, job); });
+    built.model = found.model;
+    built.from_cache = found.is_from_disk;
+  } else {
     begin_picture(mapped, options, job);
-    built.model = std::make_shared<const reduced::ReducedModel>(
-        reduced::build_model(mapped.body, options, with_picture(job).part(0.02, 0.95), animation));
-    if (cache_) cache_->store(key, *built.model);
+    built.model = build(with_picture(job));
   }
   std::shared_ptr<const reduced::BaseMotion> base;
   if (scene.base_motion.size() > 0) {
@@ -116,6 +121,7 @@ void BodySession::Impl::solve(const Round& round) {
   auto again = std::make_shared<BodyResult>(*known);
   again->check = Check::kPending;
   again->awaits_modes = is_question(*again);
+  again->awaits_starts = is_several_optima_possible(*again) && !is_searched(again->modal);
   publish_of_round(std::move(again), round);
 }
 
@@ -316,6 +322,7 @@ std::shared_ptr<BodyResult> BodySession::Impl::result_of_motion(
     result->is_exact = is_exact_;
     result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
     result->check = Check::kPending;
+    note_reach(*result);
     add_sentence(result->report.message, read([this] { return built_->accuracy; }));
     const KeyframeMiss miss = problem_->keyframe_miss(*result->shown->basis, result->coordinates);
     result->max_keyframe_error = miss.distance;
@@ -327,8 +334,17 @@ std::shared_ptr<BodyResult> BodySession::Impl::result_of_motion(
           miss.poor_share);
     }
     result->awaits_modes = is_question(*result);
+    result->awaits_starts = is_several_optima_possible(*result) && !is_searched(result->modal);
   }
   return result;
+}
+
+void BodySession::Impl::note_reach(BodyResult& result) const {
+  const double length = read([this] { return built_->model->length; });
+  const auto constraints = problem_->solver().constraints();
+  result.out_of_reach = out_of_reach(result.report, constraints, length);
+  add_sentence(result.report.message, describe_reach(result.out_of_reach, constraints, length,
+                                                     document_.unedited()->length_unit_in_metres));
 }
 
 void BodySession::Impl::publish_of_round(std::shared_ptr<BodyResult> result, const Round& round) {

@@ -35,11 +35,14 @@ class BackgroundCheck {
   /// @param mutex  the owner's; must outlive this
   /// @param find  called on the check's task
   /// @param on_found  called there without the lock: there is something to take()
-  BackgroundCheck(std::mutex& mutex, Executor executor, Find find, std::function<void()> on_found)
+  /// @param urgency  of its task: kPatient or kLong
+  BackgroundCheck(std::mutex& mutex, Executor executor, Find find, std::function<void()> on_found,
+                  Urgency urgency = Urgency::kPatient)
       : mutex_(mutex),
         task_(mutex, std::move(executor), [] {}),
         find_(std::move(find)),
-        on_found_(std::move(on_found)) {}
+        on_found_(std::move(on_found)),
+        urgency_(urgency) {}
 
   /// With the lock: this result's check was not begun.
   [[nodiscard]] bool is_new(const Result& result) const { return result.sequence != begun_for_; }
@@ -59,7 +62,7 @@ class BackgroundCheck {
     waiting_ = Waiting{result, std::move(request)};
     std::string refused;
     task_.post(
-        std::move(lock), [this, owner = std::move(owner)] { run(); }, refused, Urgency::kPatient);
+        std::move(lock), [this, owner = std::move(owner)] { run(); }, refused, urgency_);
     if (refused.empty()) return;
     lock = std::unique_lock(mutex_);
     if (is_new(*result)) return;  // an edit came while the executor refused
@@ -125,6 +128,7 @@ class BackgroundCheck {
   SerialTask task_;
   const Find find_;
   const std::function<void()> on_found_;
+  const Urgency urgency_;
   // With the lock:
   std::uint64_t begun_for_ = 0;     // sequence of the result whose check was begun; 0: none
   Cancellation cancellation_;       // of that check

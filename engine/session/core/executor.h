@@ -7,9 +7,11 @@
 namespace limber::session {
 
 /// Who waits for a task: somebody who edits and sees nothing of it yet; somebody who sees a first
-/// answer and waits for the final one; or nobody that close (builds, first solves, checks, fits,
-/// designs). An executor lets the first go before the second, and that before the third.
-enum class Urgency { kPrompt, kRefining, kPatient };
+/// answer and waits for the final one; or nobody that close (first solves, checks, fits; the first
+/// patient task of a session is its build); or nobody, for as long as a build may take or longer
+/// (designs, further starts, other numbers of modes). An executor lets the first go before the
+/// second, and that before the others, of which long ones leave a place to the patient.
+enum class Urgency { kPrompt, kRefining, kPatient, kLong };
 
 /// Runs a task later on some thread. A session posts at most one task at a time, and those of
 /// bodies and linkages one that checks final results besides, then those of bodies one that

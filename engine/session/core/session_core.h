@@ -155,8 +155,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// With the lock, the task's, when nothing is to be solved: takes the lock along and does one
   /// thing without it. @returns false, and the lock is held, where there is nothing to do
   virtual bool do_other_work(std::unique_lock<std::mutex>& /*lock*/) { return false; }
-  /// With the lock: whether do_other_work() would do something long.
-  [[nodiscard]] virtual bool is_other_work_long() const { return false; }
+  /// With the lock: of what do_other_work() would do, where that is long.
+  [[nodiscard]] virtual std::optional<Urgency> urgency_of_other_work() const { return {}; }
   /// With the lock. @returns whether cancel() was for other work
   virtual bool cancel_other_work() { return false; }
   /// With the lock: cancel() is for rounds.
@@ -349,8 +349,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     if (has_work_) return is_edited ? Urgency::kPrompt : Urgency::kPatient;
     if (rest_ && is_cancelled_) return Urgency::kPrompt;
     if (rest_) return is_edited ? Urgency::kRefining : Urgency::kPatient;
-    if (is_other_work_long()) return Urgency::kPatient;
-    return std::nullopt;
+    return urgency_of_other_work();
   }
   /// With the lock: what is to be done next has another urgency than the task that runs.
   [[nodiscard]] bool is_for_another_task() const {

@@ -50,6 +50,14 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
                   fmt::format("{} lengths for {} edges", edges.size(), edges_.size()),
                   ErrorCode::kInvalidArgument);
   }
+  if (conditions.mean_angle && graph_.mixed_angles) {
+    return refuse(
+        "mean_angle",
+        "a mean opening angle has no meaning in this linkage: its rods are no two families "
+        "that cross, so that what opens one joint closes the next (a weave of three "
+        "families, for instance). Set the angles of single joints, or leave them free",
+        ErrorCode::kInvalidArgument);
+  }
   std::vector<scene::Issue> far = places_.check(conditions);
   if (far.empty()) far = check_range("segment_lengths", requested, drawn_);
   if (far.empty()) far = check_range("edge_lengths", edges, drawn_edges_);

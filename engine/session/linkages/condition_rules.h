@@ -24,8 +24,8 @@ class ConditionRules {
   ConditionRules(rods::LinkageGraph graph, int edges_per_segment, double length_unit);
 
   /// @pre scene::validate has nothing to say
-  /// @returns issues with fields targets[i].position, pins[i].position, segment_lengths[s],
-  /// edge_lengths, edge_lengths[e], section_scales[s]
+  /// @returns issues with fields mean_angle, targets[i].position, pins[i].position,
+  /// segment_lengths[s], edge_lengths, edge_lengths[e], section_scales[s]
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
   /// The same of a linkage that is as drawn: pins without positions hold joints where they are
   /// drawn.

@@ -79,7 +79,7 @@ std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate,
   }
   if (candidate.variables.sections == rods::SectionVariables::kSegments)
     edits.emplace_back(SetSectionScales{sizes.sections});
-  if (erection) edits.emplace_back(SetErection{erection});
+  edits.emplace_back(SetErection{erection});
   return edits;
 }
 
@@ -183,7 +183,8 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
     receipt.revision = *taken;
     return receipt;
   }
-  EditReceipt receipt = document_.apply(edits_of(*candidate, design_.info()->erection), expected);
+  EditReceipt receipt =
+      document_.apply(edits_of(*candidate, erection_of(*design_.info())), expected);
   if (before == designed_) designed_equilibria_.push_back({document_.conditions(), candidate});
   design_.note_taken(receipt.revision);
   mark_changed();
@@ -216,7 +217,7 @@ void LinkageSession::Impl::publish_design(const LiveDesign* design, const Design
   if (design == nullptr) return;
   auto result = std::make_shared<LinkageResult>();
   result->design = std::move(described);
-  result->frames = std::make_shared<const Eigen::MatrixXf>(design->shapes());
+  result->frames = std::make_shared<const Eigen::MatrixXd>(design->shapes());
   result->mean_angle = design->mean_angle();
   result->section_scales = design->section_scales();
   result->revision = round.revision;
@@ -299,7 +300,7 @@ void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignR
   publish_design(&design, running, round);
   try {
     LiveDesign::FoundErection found = design.find_erection({round.order.stop, {}});
-    info.erection = std::move(found.erection);
+    info.erection = found.erection ? std::move(found.erection) : without_erection(found.message);
     append_sentence(info.message, found.message);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
@@ -355,7 +356,7 @@ void LinkageSession::Impl::run_design(const DesignRound& round) {
 std::shared_ptr<LinkageResult> LinkageSession::Impl::shape_from_before() const {
   auto result = std::make_shared<LinkageResult>(*read([this] { return final_; }));
   result->path.clear();
-  result->frames = std::make_shared<const Eigen::MatrixXf>(result->frames->rightCols<1>());
+  result->frames = std::make_shared<const Eigen::MatrixXd>(result->frames->rightCols<1>());
   result->strains = std::make_shared<const Eigen::MatrixXf>(result->strains->rightCols<1>());
   return result;
 }
@@ -387,11 +388,10 @@ bool LinkageSession::Impl::end_design(DesignInfo& info) {
         info.message = error.what();
       }
     }
-    if (info.end == DesignEnd::kStopped && design_.best() && !info.erection)
-      append_sentence(
-          info.message,
-          "no erection was searched for, since the design was stopped: start a design from the "
-          "taken one to find it");
+    if (info.end == DesignEnd::kStopped && design_.best() && !info.erection) {
+      info.erection = erection_of(info);
+      append_sentence(info.message, info.erection->failure);
+    }
     design_.end(info);
     ended = design_.info();
     if (ended->taken) {

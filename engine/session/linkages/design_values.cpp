@@ -147,4 +147,17 @@ void DesignChange::apply_to(DesignGoal& goal) const {
   if (joint_surface_weights) goal.joint_surface_weights = *joint_surface_weights;
 }
 
+std::shared_ptr<const scene::LinkageErection> without_erection(const std::string& reason) {
+  auto erection = std::make_shared<scene::LinkageErection>();
+  erection->failure = reason;
+  return erection;
+}
+
+std::shared_ptr<const scene::LinkageErection> erection_of(const DesignInfo& info) {
+  if (info.erection) return info.erection;
+  return without_erection(
+      "no erection was searched for, since the design was stopped: start a design from the taken "
+      "one to find it");
+}
+
 }  // namespace limber::session

@@ -172,9 +172,16 @@ struct DesignInfo {
   ErrorCode fault = ErrorCode::kInternal;  // of one that failed, beside message and fault_field
   std::optional<double> flat_angle = {};   // that the flat shape is held at [rad]
   double least_cover = 0;                  // that is required, see DesignRequest
-  /// Of the best, where the design has ended; null: none was found, or looked for.
+  /// Of the best, where the design has ended; it says where none was found, and why. Null: none was
+  /// looked for.
   std::shared_ptr<const scene::LinkageErection> erection = {};
 };
+
+/// Marks that no way to open is known.
+[[nodiscard]] std::shared_ptr<const scene::LinkageErection> without_erection(
+    const std::string& reason);
+/// What is taken with a design: its erection, or the mark that none was searched for.
+[[nodiscard]] std::shared_ptr<const scene::LinkageErection> erection_of(const DesignInfo& info);
 
 /// Sizes of rods that can be taken, and the equilibrium that was found with them.
 struct DesignCandidate {

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "engine/base/degrees.h"
+#include "engine/rods/equilibrium/linkage_forces.h"
 #include "engine/scene/formats/json_writer.h"
+#include "engine/scene/formats/precision.h"
 
 namespace limber::session {
 namespace {
@@ -60,6 +62,15 @@ void numbers(JsonWriter& json, const char* name, const Eigen::Ref<const Eigen::V
   json.numbers(values.cast<float>());
 }
 
+/// Far from the origin the digits of single precision are too few.
+void write_position(JsonWriter& json, const LinkageDetail& detail, const Eigen::Vector3d& at) {
+  if (scene::precision_for(detail.points) == scene::Precision::kFloat64) {
+    json.numbers(at);
+  } else {
+    json.numbers(at.cast<float>());
+  }
+}
+
 void write_units(const scene::Linkage& linkage, JsonWriter& json) {
   json.member("length_unit_in_metres", linkage.length_unit_in_metres);
   json.key("units");
@@ -67,19 +78,77 @@ void write_units(const scene::Linkage& linkage, JsonWriter& json) {
   json.member("length", "length_unit_in_metres metres");
   json.member("angle", "degree");
   for (const RodFieldName& field : kNames) json.member(field.name, field.unit);
+  json.member("force", "N");
+  json.member("moment", "N m");
   json.end_object();
 }
 
-void write_joint(const LinkageDetail& detail, const LinkageGeometry& geometry, std::size_t j,
-                 JsonWriter& json) {
+void vector(JsonWriter& json, const char* name, const Eigen::Vector3d& of) {
+  json.key(name);
+  json.begin_array();
+  for (const double component : of) json.value(component);
+  json.end_array();
+}
+
+void write_joint(const LinkageDetail& detail, const LinkageGeometry& geometry,
+                 const rods::LinkageForces& forces, std::size_t j, JsonWriter& json) {
   const LinkageDetail::Joint& joint = detail.joints[j];
   json.begin_object();
   json.member("joint", static_cast<int>(j));
   json.member("vertex", geometry.vertex_of_joint[j]);
-  numbers(json, "position", joint.position);
+  json.key("position");
+  write_position(json, detail, joint.position);
   numbers(json, "normal", joint.normal);
   json.member("opening_angle", joint.opening_angle / kDegree);
+  const auto column = static_cast<Eigen::Index>(j);
+  vector(json, "load", forces.loads.col(column));
+  vector(json, "reaction_force", forces.reaction_forces.col(column));
+  vector(json, "reaction_moment", forces.reaction_moments.col(column));
+  vector(json, "unbalanced_force", forces.unbalanced_forces.col(column));
   json.end_object();
+}
+
+void write_springs(const rods::LinkageForces& forces, JsonWriter& json) {
+  json.key("springs");
+  json.begin_array();
+  for (const auto& spring : forces.springs) {
+    json.begin_object();
+    vector(json, "point", spring.point);
+    vector(json, "force", spring.force);
+    json.end_object();
+  }
+  json.end_array();
+}
+
+/// What a segment does to its joints.
+void write_ends(const rods::LinkageForces& forces, std::size_t s, JsonWriter& json) {
+  const auto segment = static_cast<Eigen::Index>(s);
+  vector(json, "weight", forces.weights.col(segment));
+  const auto both = [&](const char* name, const Eigen::Matrix3Xd& of) {
+    json.key(name);
+    json.begin_array();
+    for (const Eigen::Index end : {2 * segment, 2 * segment + 1}) {
+      json.begin_array();
+      for (const double component : of.col(end)) json.value(component);
+      json.end_array();
+    }
+    json.end_array();
+  };
+  both("end_forces", forces.end_forces);
+  both("end_moments", forces.end_moments);
+}
+
+/// In N and N m. Of a shape that was reached springs are those of the request, one by one; where a
+/// path ended, those that it is held by.
+rods::LinkageForces forces_of(const LinkageResult& result, double length_unit) {
+  const LinkageStatics& statics = *result.statics;
+  const bool is_reached = result.report.converged() && !result.solve_failed && result.requested;
+  rods::LinkageForces forces = rods::forces_in(
+      statics.model(), *result.state,
+      is_reached ? map_conditions(*result.requested, statics.mapped(), length_unit) : *result.held);
+  forces.reaction_moments *= length_unit;
+  forces.end_moments *= length_unit;
+  return forces;
 }
 
 void write_extremes(const LinkageDetail& detail, std::size_t s, JsonWriter& json) {
@@ -101,7 +170,27 @@ void write_extremes(const LinkageDetail& detail, std::size_t s, JsonWriter& json
   json.end_object();
 }
 
-void write_segment(const LinkageDetail& detail, std::size_t s, JsonWriter& json) {
+void write_rods(const LinkageGeometry& geometry, JsonWriter& json) {
+  json.key("rods");
+  json.begin_array();
+  for (const rods::RodChain& rod : geometry.rods) {
+    json.begin_object();
+    json.key("segments");
+    json.begin_array();
+    for (const int segment : rod.segments) json.value(segment);
+    json.end_array();
+    json.key("reversed");
+    json.begin_array();
+    for (const char reversed : rod.reversed) json.value(reversed != 0);
+    json.end_array();
+    json.member("closed", rod.is_closed);
+    json.end_object();
+  }
+  json.end_array();
+}
+
+void write_segment(const LinkageDetail& detail, const rods::LinkageForces& forces, std::size_t s,
+                   JsonWriter& json) {
   const LinkageDetail::Segment& segment = detail.segments[s];
   json.begin_object();
   json.member("segment", static_cast<int>(s));
@@ -128,13 +217,14 @@ void write_segment(const LinkageDetail& detail, std::size_t s, JsonWriter& json)
   json.member("rest_length", segment.rest_length);
   json.member("length", segment.length);
   json.member("section_scale", segment.section_scale);
+  write_ends(forces, s, json);
   write_extremes(detail, s, json);
   json.key("stations");
   json.begin_object();
   json.key("position");
   json.begin_array();
   for (Eigen::Index i = detail.first[s]; i < detail.first[s + 1]; ++i)
-    json.numbers(detail.points.col(i).cast<float>());
+    write_position(json, detail, detail.points.col(i));
   json.end_array();
   json.key("director_1");
   json.begin_array();
@@ -223,14 +313,18 @@ std::string linkage_json(const LinkageDetail& detail, const scene::Linkage& link
   json.member("twisting", result.report.energies.twisting * unit);
   json.end_object();
   write_units(linkage, json);
+  const rods::LinkageForces forces = forces_of(result, unit);
+  write_springs(forces, json);
   json.key("joints");
   json.begin_array();
-  for (std::size_t j = 0; j < detail.joints.size(); ++j) write_joint(detail, geometry, j, json);
+  for (std::size_t j = 0; j < detail.joints.size(); ++j)
+    write_joint(detail, geometry, forces, j, json);
   json.end_array();
   json.key("segments");
   json.begin_array();
-  for (std::size_t s = 0; s < detail.segments.size(); ++s) write_segment(detail, s, json);
+  for (std::size_t s = 0; s < detail.segments.size(); ++s) write_segment(detail, forces, s, json);
   json.end_array();
+  write_rods(geometry, json);
   json.end_object();
   return json.text();
 }

@@ -27,9 +27,12 @@ struct RodFieldName {
 /// Centrelines alone: joints first, shared by their segments, so that the lines are connected.
 [[nodiscard]] scene::Polylines linkage_centrelines(const LinkageDetail& detail);
 
-/// Everything about a shape as JSON: units, the result it is of, joints (position, normal, opening
-/// angle), segments (joints, lengths, opening angles, extremes of every field and the station where
-/// they are, and the fields by station). Names and units are in it; null is what has no bound.
+/// Everything about a shape as JSON: units, the result it is of, springs (where they act, and what
+/// they do to the linkage, in the order of the targets), joints (position, normal, opening angle,
+/// load, reaction), segments (joints, lengths, opening angles, what they do to their joints,
+/// extremes of every field and the station where they are, and the fields by station), rods
+/// (segments in order, which of them are reversed, closed). Names and units are in it; null is what
+/// has no bound.
 [[nodiscard]] std::string linkage_json(const LinkageDetail& detail, const scene::Linkage& linkage,
                                        const LinkageGeometry& geometry,
                                        const LinkageResult& result);

@@ -9,7 +9,8 @@
 namespace limber::session {
 
 LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits limits,
-                           Executor executor, std::shared_ptr<LinkageListener> listener)
+                           Executor executor, std::shared_ptr<LinkageListener> listener,
+                           std::optional<RecalledAnswer> recalled)
     : SessionCore(std::move(id), executor, listener),
       linkage_(std::move(linkage)),
       most_chosen_edges_(limits.most_chosen_edges),
@@ -17,6 +18,7 @@ LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits
       design_listener_(std::move(listener)),
       document_(document_of(linkage_, limits, rules_)),
       edges_per_segment_(linkage_.edges_per_segment),
+      recalled_(std::move(recalled)),
       design_(mutex_),
       check_(
           mutex_, std::move(executor),
@@ -78,7 +80,9 @@ EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
   std::optional<LinkageDocument::Prepared> prepared;
   return change([&] { prepared.emplace(document_.prepare(edits, expected, author)); },
                 [&] {
-                  if (holds_where_it_is(edits))
+                  // An answer that came back has the joint where it was held already.
+                  const bool is_answered = recalled_ && document_.revision() < recalled_->revision;
+                  if (holds_where_it_is(edits) && !is_answered)
                     finish_first(document_.revision(),
                                  {document_.conditions(), {}, document_.steps_before_return()});
                   check_.stop();

@@ -37,7 +37,7 @@ struct LinkageOrder {
 class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrder> {
  public:
   Impl(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
-       std::shared_ptr<LinkageListener> listener);
+       std::shared_ptr<LinkageListener> listener, std::optional<RecalledAnswer> recalled);
 
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected,
                    const Author& author);
@@ -114,7 +114,10 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void solve(const Round& round) override;
   void solve_failed(const Round& round, const std::string& reason) override;
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
-  [[nodiscard]] bool is_other_work_long() const override { return design_.is_waiting(); }
+  /// Designs take as long as builds, or longer: they leave a place to the checks of other sessions.
+  [[nodiscard]] std::optional<Urgency> urgency_of_other_work() const override {
+    return design_.is_waiting() ? std::optional(Urgency::kLong) : std::nullopt;
+  }
   [[nodiscard]] LinkageGeometry describe() const;
   [[nodiscard]] ShapeFinding examine(const std::shared_ptr<const LinkageResult>& result,
                                      const JobContext& job);
@@ -125,7 +128,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void amend(const ShapeFound& found);
   void add_shape(LinkageResult& result) const;
   void name_edges(LinkageResult& result) const;
-  [[nodiscard]] Eigen::VectorXf shape_now() const;
+  [[nodiscard]] Eigen::VectorXd shape_now() const;
 
   // design_task.cpp:
   void run_design(const DesignRound& round);
@@ -146,7 +149,8 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   // Under the lock:
   LinkageDocument document_;
   int edges_per_segment_;
-  Revision held_where_it_was_ = 0;  // the newest with such a pin; 0: none
+  std::optional<RecalledAnswer> recalled_;  // no round has begun
+  Revision held_where_it_was_ = 0;          // the newest with such a pin; 0: none
   bool has_named_edges_ =
       false;  // conditions had numbers of single edges, which undo may bring back
   DesignJob design_;

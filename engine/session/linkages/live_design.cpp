@@ -88,10 +88,16 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
                 "the linkage has no equilibrium without angles that are set: " + report.message);
   }
   if (request.flat_angle) {
+    if (model.graph().mixed_angles) {
+      throw Error(
+          ErrorCode::kInvalidArgument, "flat_angle",
+          "a mean opening angle has no meaning in this linkage: what opens one joint closes "
+          "the next");
+    }
     const rods::Conditions free = flat;
     flat.mean_opening_angle = *request.flat_angle;
     close_to(equilibrium, closed, free, flat, job);
-  } else if (rods::is_without_stress(model, live.state())) {
+  } else if (!model.graph().mixed_angles && rods::is_without_stress(model, live.state())) {
     // What opens without effort goes anywhere when lengths change: it is held as open as it lies.
     flat.mean_opening_angle = closed.mean_opening_angle();
   }
@@ -251,9 +257,9 @@ rods::DesignDifference LiveDesign::difference_from(const DesignCandidate& candid
   return rods::compare_designs(point_of(*candidate_), point_of(candidate));
 }
 
-Eigen::MatrixXf LiveDesign::shapes() const {
+Eigen::MatrixXd LiveDesign::shapes() const {
   const rods::DesignPoint& point = design_->point();
-  Eigen::MatrixXf columns(shape_.size(), 2);
+  Eigen::MatrixXd columns(shape_.size(), 2);
   columns.col(0) = shape_.coordinates(design_->model(), point.flat);
   columns.col(1) = shape_.coordinates(design_->model(), point.deployed);
   return columns;
@@ -282,14 +288,21 @@ LiveDesign::FoundErection LiveDesign::find_erection(const JobContext& job) const
       design_->model(), design_->flat(), design_->deployed(), design_->point(), job);
   if (!search.found) return {nullptr, search.message};
   const rods::Erection& found = *search.found;
+  const auto load_of = [&](const rods::JointLoad& load) {
+    return scene::JointLoad{load.joint, load.force, length_unit_ * load.moment,
+                            length_unit_ * load.opening_torque};
+  };
   auto erection = std::make_shared<scene::LinkageErection>();
   erection->mean_angle = found.mean_angle;
-  erection->path = {found.flat_angle, found.mean_angle};
+  erection->path = found.angles;
+  erection->path.front() = found.flat_angle;
+  erection->path.back() = found.mean_angle;
+  for (const double moment : found.moments) erection->path_moments.push_back(length_unit_ * moment);
   erection->distance = found.distance;
-  for (const rods::JointLoad& load : found.push) {
-    erection->push.push_back(
-        {load.joint, load.force, length_unit_ * load.moment, length_unit_ * load.opening_torque});
-  }
+  erection->flat_positions = found.flat;
+  erection->positions = found.open;
+  for (const rods::JointLoad& load : found.push) erection->push.push_back(load_of(load));
+  if (found.support) erection->support = load_of(*found.support);
   return {std::move(erection), ""};
 }
 

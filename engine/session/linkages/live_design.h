@@ -61,7 +61,7 @@ class LiveDesign {
   }
   [[nodiscard]] std::shared_ptr<const DesignCandidate> candidate() const { return candidate_; }
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
-  [[nodiscard]] Eigen::MatrixXf shapes() const;
+  [[nodiscard]] Eigen::MatrixXd shapes() const;
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
   /// The remarks on its present state: see design_release.h.
   [[nodiscard]] std::string release(const JobContext& job) const;

@@ -315,11 +315,19 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
   if (bring_sizes(sizes, conditions, target, job, on_iterate, outcome)) {
     outcome.report.message = contradiction(conditions);
     if (outcome.report.message.empty()) {
+      // Shares of segments are of their rest lengths, which may be others by now.
+      const rods::Conditions here = map_conditions(conditions, mapped_, length_unit_);
+      const rods::LinkageState before = state_;
+      const bool was_settled = settled_;
       std::string erection;
-      if (!erect(conditions, target, job, on_iterate, outcome, erection))
-        go(target, job, on_iterate, outcome);
+      if (!erect(conditions, here, job, on_iterate, outcome, erection))
+        go(here, job, on_iterate, outcome);
       std::string& message = outcome.report.message;
-      if (!erection.empty()) message += (message.empty() ? "" : "; ") + erection;
+      const auto add = [&](const std::string& text) {
+        if (!text.empty()) message += (message.empty() ? "" : "; ") + text;
+      };
+      add(erection);
+      if (outcome.reached && was_settled) add(describe_shape_reached(conditions, before, outcome));
     } else {
       outcome.report.status = EquilibriumStatus::kStalled;
     }

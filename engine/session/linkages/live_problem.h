@@ -11,6 +11,7 @@
 #include "engine/session/linkages/equilibrium_cache.h"
 #include "engine/session/linkages/mapping.h"
 #include "engine/session/linkages/pin_reach.h"
+#include "engine/session/linkages/recalled_answer.h"
 #include "engine/session/linkages/rod_sizes.h"
 #include "engine/session/linkages/shape.h"
 #include "engine/session/linkages/statics.h"
@@ -52,7 +53,7 @@ class LiveLinkage {
     /// The equilibria along the path, the last included, and their coordinates and strains (see
     /// LinkageStatics).
     std::vector<rods::DeploymentStep> path;
-    std::vector<Eigen::VectorXf> frames;
+    std::vector<Eigen::VectorXd> frames;
     std::vector<Eigen::VectorXf> strains;
     rods::EquilibriumReport path_end;  // of the last of them, where the path was followed in steps
   };
@@ -79,6 +80,11 @@ class LiveLinkage {
   /// solve begins there, as where they had been solved before.
   void add_guess(const std::shared_ptr<const scene::LinkageConditions>& conditions,
                  const rods::LinkageState& state);
+  /// The scene's shape is the answer that these conditions had: they are not solved again, as those
+  /// that undo brings back. @returns false, and nothing has changed, where the scene has no shape
+  /// that nothing has begun in yet, or the shape is no equilibrium under what it should be one
+  bool recall(const std::shared_ptr<const scene::LinkageConditions>& conditions,
+              const RecalledAnswer& answer);
   /// Back to the last equilibrium that was reached.
   void restore();
   /// A newer edit has interrupted the last solve. Where the shape is far from the last equilibrium
@@ -132,6 +138,14 @@ class LiveLinkage {
                 Outcome& outcome);
   [[nodiscard]] bool is_erected_by(const scene::LinkageConditions& conditions,
                                    const rods::Conditions& target, std::string& remark) const;
+  [[nodiscard]] std::vector<rods::JointLoad> push_here(
+      const scene::LinkageErection& erection) const;
+  [[nodiscard]] std::string describe_shape_reached(const scene::LinkageConditions& conditions,
+                                                   const rods::LinkageState& before,
+                                                   Outcome& outcome) const;
+  [[nodiscard]] Outcome open_with_push(const scene::LinkageConditions& conditions,
+                                       const rods::Conditions& target, double factor,
+                                       const JobContext& job, const OnIterate& on_iterate);
   [[nodiscard]] bool erect(const scene::LinkageConditions& conditions,
                            const rods::Conditions& target, const JobContext& job,
                            const OnIterate& on_iterate, Outcome& outcome, std::string& remark);

@@ -80,6 +80,35 @@ bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, con
   return settled_;
 }
 
+bool LiveLinkage::recall(const SharedConditions& conditions, const RecalledAnswer& answer) {
+  constexpr double kStoredTolerance = 1e-7;  // of what was balanced to 1e-8 when it was stored
+  if (!in_shape_ || (answer.solve_failed && !linkage_.shape_conditions)) return false;
+  const scene::LinkageConditions& under =
+      answer.solve_failed ? *linkage_.shape_conditions : *conditions;
+  const RodSizes before = sizes_, sizes = sizes_of(under);
+  set_sizes(sizes);
+  const rods::Conditions held = map_conditions(under, mapped_, length_unit_);
+  rods::EquilibriumOptions options;
+  options.tolerance = kStoredTolerance;
+  EquilibriumReport report;
+  if (can_be_held(model(), held)) report = equilibrium_.judge(state_, held, options);
+  if (!report.converged()) {
+    set_sizes(before);
+    return false;
+  }
+  CachedEquilibrium known{CachedEquilibrium::Kind::kReached, state_, held, sizes, report};
+  if (answer.solve_failed) {
+    known.kind = CachedEquilibrium::Kind::kStopped;
+    known.attempt.status = answer.status;
+    known.attempt.message = answer.message;
+  } else {
+    known.report.message = answer.message;
+  }
+  cache_.store(conditions, std::make_shared<const CachedEquilibrium>(std::move(known)));
+  in_shape_ = false;
+  return true;
+}
+
 scene::LinkageConditions LiveLinkage::conditions_of_shape() const {
   scene::LinkageConditions conditions = scene_conditions(good_held_, mapped_, length_unit_);
   if (good_sizes_.edges.size() > 0) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/rods/linkage/edge_counts.h"
@@ -27,7 +28,8 @@ void note(std::vector<scene::Issue>& issues, const std::string& prefix, const Ca
   try {
     call();
   } catch (const Error& error) {
-    const bool whole = error.field().rfind(prefix, 0) == 0;
+    // Normals are no part of the lines in a scene.
+    const bool whole = error.field().rfind(prefix, 0) == 0 || error.field().starts_with("normals");
     issues.push_back({scene::Issue::Severity::kError,
                       whole ? error.field() : prefix + error.field(), error.what(), error.code()});
   }
@@ -83,23 +85,44 @@ Eigen::Vector3d acceleration_of(const rods::Gravity& gravity, double mass_per_le
   return gravity.mass_per_length / mass_per_length * gravity.acceleration;
 }
 
-/// Rods reach half an edge beyond their joints: a share of the distance from joint to joint as one
-/// of the distance from a rod's first vertex to its last, both counted in edges.
-struct Reach {
-  double from, to, edges;
+/// A segment at rest, from its first vertex to its last. Rods reach half an edge beyond their
+/// joints, and edges at joints are of other lengths than those between.
+struct SegmentAtRest {
+  SegmentAtRest(const rods::LinkageModel& model, int segment)
+      : along(static_cast<std::size_t>(model.variables().edges(segment)) + 1, 0.0) {
+    const auto& joints = model.graph().segments[static_cast<std::size_t>(segment)].joints;
+    for (std::size_t e = 0; e + 1 < along.size(); ++e) {
+      along[e + 1] = along[e] + model.rest_lengths().edge(model.graph(), model.variables(), segment,
+                                                          static_cast<int>(e));
+    }
+    const std::size_t edges = along.size() - 1;
+    from = joints[rods::kStart] >= 0 ? along[1] / 2 : 0;
+    to = joints[rods::kFinish] >= 0 ? (along[edges - 1] + along[edges]) / 2 : along[edges];
+  }
+  std::vector<double> along;  // where its vertices are [length]
+  double from = 0, to = 0;    // its ends: the joints, or the vertices of free ends
 };
-Reach reach_of(const rods::LinkageModel& model, int segment) {
-  const double edges = model.variables().edges(segment);
-  const auto& joints = model.graph().segments[static_cast<std::size_t>(segment)].joints;
-  return {joints[0] >= 0 ? 0.5 : 0, joints[1] >= 0 ? edges - 0.5 : edges, edges};
-}
+
+/// A share of a segment's length from end to end as one of its edges from the first vertex to the
+/// last, as rods::ArcPoint counts.
 double share_of_rod(const rods::LinkageModel& model, int segment, double share) {
-  const Reach reach = reach_of(model, segment);
-  return (reach.from + share * (reach.to - reach.from)) / reach.edges;
+  const SegmentAtRest rest(model, segment);
+  const double at = rest.from + share * (rest.to - rest.from);
+  const auto edges = static_cast<std::ptrdiff_t>(rest.along.size()) - 1;
+  const auto next = std::upper_bound(rest.along.begin(), rest.along.end(), at);
+  const std::ptrdiff_t edge =
+      std::clamp<std::ptrdiff_t>(next - rest.along.begin() - 1, 0, edges - 1);
+  const auto e = static_cast<std::size_t>(edge);
+  const double part = (at - rest.along[e]) / (rest.along[e + 1] - rest.along[e]);
+  return std::min((static_cast<double>(edge) + part) / static_cast<double>(edges), 1.0);
 }
 double share_between_joints(const rods::LinkageModel& model, int segment, double share) {
-  const Reach reach = reach_of(model, segment);
-  return std::clamp((share * reach.edges - reach.from) / (reach.to - reach.from), 0.0, 1.0);
+  const SegmentAtRest rest(model, segment);
+  const double place = share * static_cast<double>(rest.along.size() - 1);
+  const auto edge = std::min(static_cast<std::size_t>(place), rest.along.size() - 2);
+  const double part = place - static_cast<double>(edge);
+  const double at = (1 - part) * rest.along[edge] + part * rest.along[edge + 1];
+  return std::clamp((at - rest.from) / (rest.to - rest.from), 0.0, 1.0);
 }
 
 /// Coordinates are numbers of 16 digits: far from the origin too few are left for short edges.

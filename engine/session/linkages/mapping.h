@@ -12,8 +12,8 @@ namespace limber::session {
 struct LinkageCheck {
   /// All that is wrong, fields of the scene: material numbers, edges_per_segment, tolerance,
   /// section....,
-  /// lines.vertices[v], lines.edges[e], shape...., conditions.... Shape and conditions are looked
-  /// at where the lines make a linkage.
+  /// lines.vertices[v], lines.edges[e], normals[v], shape...., conditions.... Shape and conditions
+  /// are looked at where the lines make a linkage.
   std::vector<scene::Issue> issues;
   int joints = 0, segments = 0;  // where the lines make a linkage
 };

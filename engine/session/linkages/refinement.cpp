@@ -25,44 +25,44 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin) {
 
 /// A segment's vertices and how far each is along it.
 struct Line {
-  Eigen::Matrix3Xf vertices;
-  Eigen::VectorXf along;
-  float from = 0, to = 0;  // its joints, at the middle of the edge that ends there, or free ends
+  Eigen::Matrix3Xd vertices;
+  Eigen::VectorXd along;
+  double from = 0, to = 0;  // its joints, at the middle of the edge that ends there, or free ends
 
-  Line(const float* numbers, int edges, int first_joint, int last_joint)
-      : vertices(Eigen::Map<const Eigen::Matrix3Xf>(numbers, 3, edges + 1)),
-        along(Eigen::VectorXf::Zero(edges + 1)) {
+  Line(const double* numbers, int edges, int first_joint, int last_joint)
+      : vertices(Eigen::Map<const Eigen::Matrix3Xd>(numbers, 3, edges + 1)),
+        along(Eigen::VectorXd::Zero(edges + 1)) {
     for (Eigen::Index v = 0; v < edges; ++v)
       along[v + 1] = along[v] + (vertices.col(v + 1) - vertices.col(v)).norm();
     from = first_joint >= 0 ? along[1] / 2 : 0;
     to = last_joint >= 0 ? (along[edges - 1] + along[edges]) / 2 : along[edges];
   }
 
-  [[nodiscard]] float share_of(float length) const { return (length - from) / (to - from); }
-  [[nodiscard]] Eigen::Vector3f point_at(float share) const {
-    const float length = from + share * (to - from);
+  [[nodiscard]] double share_of(double length) const { return (length - from) / (to - from); }
+  [[nodiscard]] Eigen::Vector3d point_at(double share) const {
+    const double length = from + share * (to - from);
     Eigen::Index edge = 0;
     while (edge + 2 < along.size() && along[edge + 1] < length) ++edge;
-    const float part = (length - along[edge]) / (along[edge + 1] - along[edge]);
+    const double part = (length - along[edge]) / (along[edge + 1] - along[edge]);
     return (1 - part) * vertices.col(edge) + part * vertices.col(edge + 1);
   }
 };
 
 /// How far chords of the edges are from the curve through a polyline's vertices, at most about.
-double chord_height(const Eigen::Ref<const Eigen::Matrix3Xf>& vertices) {
-  float largest = 0;
+double chord_height(const Eigen::Ref<const Eigen::Matrix3Xd>& vertices) {
+  double largest = 0;
   for (Eigen::Index v = 1; v + 1 < vertices.cols(); ++v) {
     largest = std::max(
         largest, (vertices.col(v - 1) - 2 * vertices.col(v) + vertices.col(v + 1)).squaredNorm());
   }
-  return std::sqrt(static_cast<double>(largest)) / 8;
+  return std::sqrt(largest) / 8;
 }
 
 /// Largest distance between points of the same material, the coarse shape's vertices, beyond what
 /// chords of the fine shape may be off there.
 double distance_between(const LiveLinkage& fine, const LinkageResult& coarse) {
-  const Eigen::VectorXf now = fine.shape().coordinates(fine.model(), fine.state());
-  const Eigen::VectorXf before = coarse.frames->rightCols<1>();
+  const Eigen::VectorXd now = fine.shape().coordinates(fine.model(), fine.state());
+  const Eigen::VectorXd before = coarse.frames->rightCols<1>();
   const LinkageGeometry& geometry = *coarse.geometry;
   double largest = 0;
   Eigen::Index at_before = 0, at_now = 0;
@@ -75,7 +75,7 @@ double distance_between(const LiveLinkage& fine, const LinkageResult& coarse) {
     const double chords = chord_height(line.vertices);
     for (Eigen::Index vertex = 0; vertex <= edges; ++vertex) {
       // What reaches beyond a joint is half an edge, and so is of another length.
-      const float share = line.share_of(std::clamp(line.along[vertex], line.from, line.to));
+      const double share = line.share_of(std::clamp(line.along[vertex], line.from, line.to));
       const double apart = (fine_line.point_at(share) - line.point_at(share)).norm();
       largest = std::max(largest, apart - chords);
     }
@@ -114,7 +114,7 @@ Refinement refine(scene::Linkage linkage, const LinkageResult& coarse, const Sha
       return refined;
     }
     ShapeCheck check{{}, found.size, found.tolerance};
-    check.error = rods::DiscretisationEstimator(live->model())
+    check.error = rods::DiscretisationEstimator(live->model(), live->statics()->stresses())
                       .estimate(live->model(), live->state(), live->held(), job);
     check.check_ms = milliseconds_since(begin);
     refined = {linkage.edges_per_segment, std::move(live), std::move(outcome), check, {}};

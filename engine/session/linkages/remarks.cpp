@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/base/numerics/median.h"
+#include "engine/base/rotations/shortest_rotation.h"
 #include "engine/rods/linkage/line_meetings.h"
 #include "engine/rods/linkage/linkage_graph.h"
 #include "engine/rods/section/section_reach.h"
@@ -40,7 +44,8 @@ std::string describe(const LineMeeting& meeting) {
 /// The remark on sections that are likely in another unit than the lines.
 std::optional<std::string> describe_section_size(const scene::Linkage& linkage,
                                                  const std::string& unit) {
-  const auto& [vertices, edges] = linkage.lines;
+  const Eigen::Matrix3Xd& vertices = linkage.lines.vertices;
+  const Eigen::Matrix2Xi& edges = linkage.lines.edges;
   const Eigen::Array2d size = rods::outline_size(linkage.section);
   const double thick = size.minCoeff(), wide = size.maxCoeff();
   const double across = (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).norm();
@@ -75,15 +80,96 @@ std::optional<std::string> describe_large_extent(const scene::Linkage& linkage) 
       1e-3 * unit * box.x(), 1e-3 * unit * box.y(), 1e-3 * unit * box.z(), unit);
 }
 
-/// The remark on meshes that are too wide for the least bend of rods to be proven.
-std::optional<std::string> describe_pairing(const scene::Linkage& linkage) {
-  const rods::LinkageGraph graph = rods::build_linkage_graph(linkage.lines);
-  if (graph.is_bend_least) return {};
-  return fmt::format(
-      "the straightest pairs of segments do not fit together as two families of rods: at {} of {} "
-      "joints others were chosen that may bend the rods more than necessary; check the rods there, "
-      "or draw straighter ones",
-      graph.bent_joints, graph.joints.size());
+/// How sharply rods turn at joints.
+struct Corners {
+  int count = 0;       // of joints with a rod that turns by more than kCorner
+  double largest = 0;  // [rad]
+  int vertex = -1;     // where
+};
+constexpr double kCorner = 60 * kDegree;
+constexpr double kCornerRounding = 1e-6;  // hexagons have just that
+
+Corners corners_of(const rods::LinkageGraph& graph) {
+  Corners corners;
+  for (const rods::Joint& joint : graph.joints) {
+    double turn = 0;
+    for (const auto& [behind, ahead] : joint.segments) {
+      if (behind < 0 || ahead < 0) continue;
+      Eigen::Vector3d directions[2];  // along the rod
+      for (const int s : {behind, ahead}) {
+        const rods::Segment& segment = graph.segments[static_cast<std::size_t>(s)];
+        const Eigen::Vector3d along = (segment.points[1] - segment.points[0]).normalized();
+        const bool leaves = segment.vertices[0] == joint.vertex;
+        directions[s == ahead ? 1 : 0] = leaves == (s == ahead) ? along : Eigen::Vector3d(-along);
+      }
+      turn = std::max(turn, std::atan2(directions[0].cross(directions[1]).norm(),
+                                       directions[0].dot(directions[1])));
+    }
+    if (turn > kCorner + kCornerRounding) ++corners.count;
+    if (turn <= corners.largest) continue;
+    corners.largest = turn;
+    corners.vertex = joint.vertex;
+  }
+  return corners;
+}
+
+/// The segments along which the normal of the surface, carried with the rod from joint to joint,
+/// turns so far that the side of the next joint is a guess.
+std::vector<int> unclear_segments(const rods::LinkageGraph& graph) {
+  constexpr double kLeastCosine = 0.5;
+  std::vector<int> found;
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const rods::Segment& segment = graph.segments[s];
+    if (segment.joints[0] < 0 || segment.joints[1] < 0) continue;
+    const Eigen::Vector3d along = (segment.points[1] - segment.points[0]).normalized();
+    const auto joint = [&](std::size_t end) -> const rods::Joint& {
+      return graph.joints[static_cast<std::size_t>(segment.joints[end])];
+    };
+    const auto tangent = [&](std::size_t end) -> Eigen::Vector3d {
+      return segment.signs[end] * joint(end).tangent(segment.rods[end]);
+    };
+    const Eigen::Vector3d carried =
+        rotations::shortest_rotation(along, tangent(1)) *
+        (rotations::shortest_rotation(tangent(0), along) * joint(0).normal);
+    if (carried.dot(joint(1).normal) < kLeastCosine) found.push_back(static_cast<int>(s));
+  }
+  return found;
+}
+
+/// Remarks on which segments are one rod, and on the surface that they lie on.
+/// @param are_sides_given  by normals
+std::vector<std::string> describe_rods(const rods::LinkageGraph& graph, bool are_sides_given) {
+  std::vector<std::string> remarks;
+  if (graph.bent_joints > 0) {
+    remarks.push_back(fmt::format(
+        "the straightest pairs of segments do not fit together as two families of rods: at {} of "
+        "{} joints others were chosen that are nearly as straight{}; check the rods there",
+        graph.bent_joints, graph.joints.size(),
+        graph.is_bend_least ? "" : ", and may bend the rods more than necessary"));
+  }
+  if (graph.mixed_angles) {
+    remarks.emplace_back(
+        "the rods are no two families that cross each other: what opens one joint closes the next, "
+        "so that no mean opening angle can be asked for");
+  }
+  const Corners corners = corners_of(graph);
+  if (corners.count > 0) {
+    remarks.push_back(
+        fmt::format("at {} of {} joints a rod turns by more than {:.0f} degrees, by {:.0f} at "
+                    "vertex {} (from 0): "
+                    "the straightest pairs of segments are one rod; check the lines there",
+                    corners.count, graph.joints.size(), kCorner / kDegree,
+                    corners.largest / kDegree, corners.vertex));
+  }
+  const std::vector<int> unclear = are_sides_given ? std::vector<int>{} : unclear_segments(graph);
+  if (!unclear.empty()) {
+    remarks.push_back(
+        fmt::format("along {} of {} edges, edge {} (from 0) the first, the surface turns by more "
+                    "than 60 degrees from joint to joint: which side of it is which is a guess "
+                    "there; give normals, or draw more joints",
+                    unclear.size(), graph.segments.size(), unclear.front()));
+  }
+  return remarks;
 }
 
 }  // namespace
@@ -97,8 +183,9 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
     issues.push_back({kWarning, "length_unit_in_metres", *large});
   if (const auto size = describe_section_size(linkage, unit))
     issues.push_back({kWarning, "section", *size});
-  if (const auto pairing = describe_pairing(linkage))
-    issues.push_back({kWarning, "lines", *pairing});
+  for (const std::string& remark :
+       describe_rods(rods::build_linkage_graph(linkage.lines), linkage.lines.normals.cols() > 0))
+    issues.push_back({kWarning, "lines", remark});
   for (const LineMeeting& meeting : meetings.listed) {
     const Eigen::Vector3d& place = meeting.place;
     issues.push_back(

@@ -7,9 +7,10 @@
 namespace limber::session {
 
 LinkageSession::LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits,
-                               Executor executor, std::shared_ptr<LinkageListener> listener)
+                               Executor executor, std::shared_ptr<LinkageListener> listener,
+                               std::optional<RecalledAnswer> recalled)
     : impl_(std::make_shared<Impl>(std::move(id), std::move(linkage), limits, std::move(executor),
-                                   std::move(listener))) {
+                                   std::move(listener), std::move(recalled))) {
   impl_->open();
 }
 LinkageSession::~LinkageSession() { impl_->shut(Impl::CloseNotification::kNone); }
@@ -107,7 +108,7 @@ std::shared_ptr<const LinkageStatics> LinkageSession::statics() const {
   const auto result = final_result();
   return result ? result->statics : nullptr;
 }
-Eigen::VectorXf LinkageSession::surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+Eigen::VectorXd LinkageSession::surface(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                                         const Eigen::VectorXd& section_scales) const {
   const auto shape = impl_->read([this] { return impl_->shape(); });
   if (!shape) throw Error(ErrorCode::kFailedPrecondition, "", "the linkage is not built yet");

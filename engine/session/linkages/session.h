@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/rod_chains.h"
 #include "engine/scene/linkage.h"
 #include "engine/session/core/check.h"
 #include "engine/session/core/executor.h"
@@ -16,6 +17,7 @@
 #include "engine/session/core/step_notes.h"
 #include "engine/session/linkages/design_values.h"
 #include "engine/session/linkages/document.h"
+#include "engine/session/linkages/recalled_answer.h"
 #include "engine/session/linkages/shape.h"
 #include "engine/session/linkages/shape_check.h"
 #include "engine/session/linkages/statics.h"
@@ -35,7 +37,7 @@ struct LinkageResult : ResultHeader {
   std::vector<rods::DeploymentStep> path;
   /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria along the
   /// path to it; else the shape of the iterate. The last column is the shape.
-  std::shared_ptr<const Eigen::MatrixXf> frames;
+  std::shared_ptr<const Eigen::MatrixXd> frames;
   /// Of the same shapes, see LinkageStatics; null while the result is not final.
   std::shared_ptr<const Eigen::MatrixXf> strains;
   /// Makes forces and stresses from coordinates and strains of this result; null while it is not
@@ -81,6 +83,8 @@ struct LinkageGeometry {
   std::vector<Eigen::Vector2d> outline;           // of the section, on (d_1, d_2)
   Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // triangles of the swept surface
   int surface_nodes = 0;
+  std::vector<rods::RodChain> rods;
+  bool mixed_angles = false;  // see rods::LinkageGraph
 };
 
 /// A rod linkage, what acts on it, its edits in order, and its newest shape; finds equilibrium
@@ -89,8 +93,11 @@ struct LinkageGeometry {
 class LinkageSession {
  public:
   /// Checks the linkage (throws Error as demand_sound) and starts building on the executor.
+  /// @param recalled  the scene's shape is the answer to the revision that it names, as which it is
+  /// published where it balances; edits up to there must be made before the executor runs
   LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
-                 std::shared_ptr<LinkageListener> listener);
+                 std::shared_ptr<LinkageListener> listener,
+                 std::optional<RecalledAnswer> recalled = {});
   ~LinkageSession();  // cancels and waits for the running task
 
   [[nodiscard]] const std::string& id() const;
@@ -170,7 +177,7 @@ class LinkageSession {
   [[nodiscard]] std::shared_ptr<const LinkageStatics> statics() const;
   /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
   /// @param section_scales  those of its result; empty: all 1
-  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+  [[nodiscard]] Eigen::VectorXd surface(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                                         const Eigen::VectorXd& section_scales = {}) const;
 
  private:

@@ -51,22 +51,20 @@ void LinkageShape::fill_triangles() {
   LIMBER_DEMAND(triangle == count);
 }
 
-Eigen::VectorXf LinkageShape::coordinates(const rods::LinkageModel& model,
+Eigen::VectorXd LinkageShape::coordinates(const rods::LinkageModel& model,
                                           const rods::LinkageState& state) const {
-  Eigen::VectorXf result(size_);
+  Eigen::VectorXd result(size_);
   Eigen::Index at = 0;
   for (int s = 0; s < static_cast<int>(edges_.size()); ++s) {
     const int edges = edges_[static_cast<std::size_t>(s)];
-    for (int i = 0; i <= edges; ++i, at += 3)
-      result.segment<3>(at) = state.vertex(model, s, i).cast<float>();
-    for (int e = 0; e < edges; ++e, at += 3)
-      result.segment<3>(at) = state.director(model, s, e).cast<float>();
+    for (int i = 0; i <= edges; ++i, at += 3) result.segment<3>(at) = state.vertex(model, s, i);
+    for (int e = 0; e < edges; ++e, at += 3) result.segment<3>(at) = state.director(model, s, e);
   }
-  for (const auto& joint : state.joints()) result[at++] = static_cast<float>(joint.opening_angle);
+  for (const auto& joint : state.joints()) result[at++] = joint.opening_angle;
   return result;
 }
 
-Eigen::Matrix3Xd LinkageShape::joints(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {
+Eigen::Matrix3Xd LinkageShape::joints(const Eigen::Ref<const Eigen::VectorXd>& coordinates) const {
   LIMBER_DEMAND(coordinates.size() == size_);
   Eigen::Matrix3Xd positions(3, joints_);
   Eigen::Index from = 0;
@@ -76,39 +74,38 @@ Eigen::Matrix3Xd LinkageShape::joints(const Eigen::Ref<const Eigen::VectorXf>& c
       if (joint < 0) continue;
       const Eigen::Index first = from + 3 * Eigen::Index{end == 0 ? 0 : edges_[s] - 1};
       positions.col(joint) =
-          0.5 * (coordinates.segment<3>(first) + coordinates.segment<3>(first + 3)).cast<double>();
+          0.5 * (coordinates.segment<3>(first) + coordinates.segment<3>(first + 3));
     }
     from += 6 * Eigen::Index{edges_[s]} + 3;
   }
   return positions;
 }
 
-Eigen::VectorXf LinkageShape::surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+Eigen::VectorXd LinkageShape::surface(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                                       const Eigen::VectorXd& scales) const {
   LIMBER_DEMAND(coordinates.size() == size_);
   LIMBER_DEMAND(scales.size() == 0 || scales.size() == static_cast<Eigen::Index>(edges_.size()));
-  Eigen::VectorXf result(3 * Eigen::Index{surface_nodes()});
+  Eigen::VectorXd result(3 * Eigen::Index{surface_nodes()});
   Eigen::Index from = 0, to = 0;
   for (std::size_t s = 0; s < edges_.size(); ++s) {
     const int edges = edges_[s];
     const double scale = scales.size() > 0 ? scales[static_cast<Eigen::Index>(s)] : 1;
-    const auto vertex = [&](int i) -> Eigen::Vector3f {
+    const auto vertex = [&](int i) -> Eigen::Vector3d {
       return coordinates.segment<3>(from + 3 * Eigen::Index{i});
     };
-    const auto director = [&](int e) -> Eigen::Vector3f {
+    const auto director = [&](int e) -> Eigen::Vector3d {
       return coordinates.segment<3>(from + 3 * Eigen::Index{edges + 1 + e});
     };
     for (int i = 0; i <= edges; ++i) {
       const int before = std::max(i - 1, 0), after = std::min(i, edges - 1);
-      const Eigen::Vector3f tangent = ((vertex(before + 1) - vertex(before)).normalized() +
+      const Eigen::Vector3d tangent = ((vertex(before + 1) - vertex(before)).normalized() +
                                        (vertex(after + 1) - vertex(after)).normalized())
                                           .normalized();
-      Eigen::Vector3f d1 = director(before) + director(after);
+      Eigen::Vector3d d1 = director(before) + director(after);
       d1 = (d1 - tangent * tangent.dot(d1)).normalized();
-      const Eigen::Vector3f d2 = tangent.cross(d1);
+      const Eigen::Vector3d d2 = tangent.cross(d1);
       for (const Eigen::Vector2d& corner : outline_) {
-        result.segment<3>(to) = vertex(i) + static_cast<float>(scale * corner.x()) * d1 +
-                                static_cast<float>(scale * corner.y()) * d2;
+        result.segment<3>(to) = vertex(i) + scale * corner.x() * d1 + scale * corner.y() * d2;
         to += 3;
       }
     }

@@ -35,14 +35,14 @@ class LinkageShape {
   /// The section's outline around the rod's axis, in (d_1, d_2) [scene length unit].
   [[nodiscard]] const std::vector<Eigen::Vector2d>& outline() const { return outline_; }
 
-  [[nodiscard]] Eigen::VectorXf coordinates(const rods::LinkageModel& model,
+  [[nodiscard]] Eigen::VectorXd coordinates(const rods::LinkageModel& model,
                                             const rods::LinkageState& state) const;
   /// Positions of joints: middles of the edges that end there. @param coordinates  of one shape
-  [[nodiscard]] Eigen::Matrix3Xd joints(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
+  [[nodiscard]] Eigen::Matrix3Xd joints(const Eigen::Ref<const Eigen::VectorXd>& coordinates) const;
   /// @param coordinates  of one shape
   /// @param scales  of each segment's section, by which its outline is scaled; empty: all 1
   /// @returns 3 surface_nodes()
-  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+  [[nodiscard]] Eigen::VectorXd surface(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                                         const Eigen::VectorXd& scales = {}) const;
 
  private:

@@ -22,8 +22,10 @@ std::string describe_shape(const ShapeCheck& check) {
       check.position_error(), check.error.edges, check.tolerance);
 }
 
-ShapeChecker::ShapeChecker(const rods::LinkageModel& model, double tolerance)
-    : size_(rods::drawn_extent(model.graph())), tolerance_(tolerance), estimator_(model) {}
+ShapeChecker::ShapeChecker(const LinkageStatics& statics, double tolerance)
+    : size_(rods::drawn_extent(statics.model().graph())),
+      tolerance_(tolerance),
+      estimator_(statics.model(), statics.stresses()) {}
 
 ShapeCheck ShapeChecker::check(const LinkageResult& result, const JobContext& job) {
   const auto begin = std::chrono::steady_clock::now();

@@ -8,6 +8,7 @@
 namespace limber::session {
 
 struct LinkageResult;
+class LinkageStatics;
 
 /// What the edges of a linkage are worth for a shape that a session shows. Lengths in the scene's
 /// unit.
@@ -29,8 +30,8 @@ struct ShapeCheck {
 /// Checks shapes of one session. For one thread at a time.
 class ShapeChecker {
  public:
-  /// @param model  of the session, with any sizes
-  ShapeChecker(const rods::LinkageModel& model, double tolerance);
+  /// @param statics  of the session, with any sizes
+  ShapeChecker(const LinkageStatics& statics, double tolerance);
 
   /// @param result  final and reached: it has its state
   /// @throws Error{kCancelled}

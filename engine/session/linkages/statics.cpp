@@ -16,25 +16,25 @@ rods::RodMaterial material_of(const scene::Linkage& linkage) {
 }  // namespace
 
 LinkageStatics::LinkageStatics(const MappedLinkage& mapped, const scene::Linkage& linkage)
-    : model_(mapped.model),
+    : mapped_(mapped),
       stresses_(linkage.section, mapped.section, material_of(linkage), linkage.stiff_axis),
       length_unit_(linkage.length_unit_in_metres) {
-  for (int s = 0; s < model_.variables().segments(); ++s) edges_ += model_.variables().edges(s);
+  for (int s = 0; s < model().variables().segments(); ++s) edges_ += model().variables().edges(s);
 }
 
 bool LinkageStatics::by_edges() const {
   constexpr double kSame = 1e-12;
-  const Eigen::VectorXd edges = model_.edge_lengths();
+  const Eigen::VectorXd edges = model().edge_lengths();
   try {
-    const rods::RestLengths spread = model_.rest_length_map().apply(model_.segment_lengths());
-    return !edges.isApprox(model_.edge_numbers().listed(spread), kSame);
+    const rods::RestLengths spread = model().rest_length_map().apply(model().segment_lengths());
+    return !edges.isApprox(model().edge_numbers().listed(spread), kSame);
   } catch (const Error&) {  // spread evenly, they would leave nothing between joints
     return true;
   }
 }
 
 Eigen::VectorXf LinkageStatics::strains(const rods::LinkageState& state) const {
-  const rods::LinkageStrains strains = rods::linkage_strains(model_, state);
+  const rods::LinkageStrains strains = rods::linkage_strains(model(), state);
   Eigen::VectorXf packed(strains.axial.size() + strains.turning.size());
   packed << strains.axial.cast<float>(),
       Eigen::Map<const Eigen::VectorXd>(strains.turning.data(), strains.turning.size())
@@ -42,15 +42,15 @@ Eigen::VectorXf LinkageStatics::strains(const rods::LinkageState& state) const {
   return packed;
 }
 
-LinkageDetail LinkageStatics::detail(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+LinkageDetail LinkageStatics::detail(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                                      const Eigen::Ref<const Eigen::VectorXf>& strains) const {
-  const rods::ReducedVariables& variables = model_.variables();
+  const rods::ReducedVariables& variables = model().variables();
   const Eigen::Index turning = 3 * (Eigen::Index{edges_} - variables.segments());
   LIMBER_DEMAND(strains.size() == edges_ + turning);
   rods::LinkageStrains unpacked;
   unpacked.axial = strains.head(edges_).cast<double>();
   unpacked.turning = strains.tail(turning).cast<double>().reshaped(3, turning / 3);
-  rods::LinkageStresses stresses = stresses_.evaluate(model_, unpacked);
+  rods::LinkageStresses stresses = stresses_.evaluate(model(), unpacked);
   LinkageDetail detail;
   detail.fields = std::move(stresses.stations);
   detail.first = std::move(stresses.first);
@@ -59,14 +59,14 @@ LinkageDetail LinkageStatics::detail(const Eigen::Ref<const Eigen::VectorXf>& co
   Eigen::Index edge = 0;
   for (int s = 0; s < variables.segments(); ++s) {
     LinkageDetail::Segment& segment = detail.segments.emplace_back();
-    segment.section_scale = model_.section_scales()[s];
-    segment.joints = model_.graph().segments[static_cast<std::size_t>(s)].joints;
+    segment.section_scale = model().section_scales()[s];
+    segment.joints = model().graph().segments[static_cast<std::size_t>(s)].joints;
     const int edges = variables.edges(s);
     for (int e = 0; e < edges; ++e) {
       const bool terminal = (e == 0 && segment.joints[rods::kStart] >= 0) ||
                             (e == edges - 1 && segment.joints[rods::kFinish] >= 0);
       const double rest =
-          (terminal ? 0.5 : 1.0) * model_.rest_lengths().edge(model_.graph(), variables, s, e);
+          (terminal ? 0.5 : 1.0) * model().rest_lengths().edge(model().graph(), variables, s, e);
       segment.rest_length += rest;
       segment.length += rest * (1 + unpacked.axial[edge++]);
     }
@@ -76,19 +76,19 @@ LinkageDetail LinkageStatics::detail(const Eigen::Ref<const Eigen::VectorXf>& co
 }
 
 /// Points and frames of stations and joints: what the coordinates say.
-void LinkageStatics::place(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+void LinkageStatics::place(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                            LinkageDetail& detail) const {
-  detail.joints.resize(model_.graph().joints.size());
+  detail.joints.resize(model().graph().joints.size());
   detail.points.resize(3, stations());
   detail.directors.resize(3, stations());
   Eigen::Index from = 0, station = 0;
   for (std::size_t s = 0; s < detail.segments.size(); ++s) {
-    const int edges = model_.variables().edges(static_cast<int>(s));
+    const int edges = model().variables().edges(static_cast<int>(s));
     const auto vertex = [&](int i) -> Eigen::Vector3d {
-      return coordinates.segment<3>(from + 3 * Eigen::Index{i}).cast<double>();
+      return coordinates.segment<3>(from + 3 * Eigen::Index{i});
     };
     const auto director = [&](int e) -> Eigen::Vector3d {
-      return coordinates.segment<3>(from + 3 * Eigen::Index{edges + 1 + e}).cast<double>();
+      return coordinates.segment<3>(from + 3 * Eigen::Index{edges + 1 + e});
     };
     for (int i = 0; i <= edges; ++i, ++station) {
       detail.points.col(station) = vertex(i);

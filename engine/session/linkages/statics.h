@@ -43,18 +43,20 @@ class LinkageStatics {
   [[nodiscard]] Eigen::VectorXf strains(const rods::LinkageState& state) const;
   /// @param coordinates  of a shape, see LinkageShape
   /// @param strains      of the same shape
-  [[nodiscard]] LinkageDetail detail(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+  [[nodiscard]] LinkageDetail detail(const Eigen::Ref<const Eigen::VectorXd>& coordinates,
                                      const Eigen::Ref<const Eigen::VectorXf>& strains) const;
   /// With the sizes of rods that the shapes have.
-  [[nodiscard]] const rods::LinkageModel& model() const { return model_; }
+  [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
+  [[nodiscard]] const MappedLinkage& mapped() const { return mapped_; }
+  [[nodiscard]] const rods::LinkageStressModel& stresses() const { return stresses_; }
   /// Have edges rest lengths that those of segments do not say?
   [[nodiscard]] bool by_edges() const;
-  [[nodiscard]] int stations() const { return edges_ + model_.variables().segments(); }
+  [[nodiscard]] int stations() const { return edges_ + model().variables().segments(); }
 
  private:
-  void place(const Eigen::Ref<const Eigen::VectorXf>& coordinates, LinkageDetail& detail) const;
+  void place(const Eigen::Ref<const Eigen::VectorXd>& coordinates, LinkageDetail& detail) const;
 
-  rods::LinkageModel model_;
+  MappedLinkage mapped_;
   rods::LinkageStressModel stresses_;
   double length_unit_;
   int edges_ = 0;  // of all segments

@@ -13,6 +13,7 @@ namespace {
 void add_remark(LinkageResult& result, const std::string& remark) {
   if (remark.empty()) return;
   std::string& message = result.report.message;
+  if (message.find(remark) != std::string::npos) return;  // of an answer that came back with it
   message += (message.empty() ? "" : "; ") + remark;
 }
 
@@ -60,6 +61,8 @@ LinkageGeometry LinkageSession::Impl::describe() const {
         segments[s].joints[1];
   }
   for (const auto& joint : model.graph().joints) geometry.vertex_of_joint.push_back(joint.vertex);
+  geometry.rods = rods::rod_chains(model.graph());
+  geometry.mixed_angles = model.graph().mixed_angles;
   ContentHash hash;
   hash.add("limber linkage 1").add_array(geometry.edges.data(), geometry.edges.size());
   geometry.hash = hash.hex();
@@ -79,7 +82,7 @@ bool LinkageSession::Impl::may_refine() const {
 LinkageSession::Impl::ShapeFinding LinkageSession::Impl::examine(
     const std::shared_ptr<const LinkageResult>& result, const JobContext& job) {
   if (checked_ != result->geometry) {
-    checker_ = std::make_unique<ShapeChecker>(result->statics->model(), linkage_.tolerance);
+    checker_ = std::make_unique<ShapeChecker>(*result->statics, linkage_.tolerance);
     checked_ = result->geometry;
   }
   ShapeFinding finding{checker_->check(*result, job), nullptr};
@@ -174,6 +177,10 @@ bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
 /// Of large linkages a first shape, corrected with a factor at hand, is shown as soon as it is
 /// there; small ones are in equilibrium before another would be shown.
 void LinkageSession::Impl::solve(const Round& round) {
+  const std::optional<RecalledAnswer> recalled =
+      read([this] { return std::exchange(recalled_, std::nullopt); });
+  if (recalled && recalled->revision == round.revision)
+    (void)live_->recall(round.order.conditions, *recalled);
   if (live_->is_slow()) publish_next_iterate();
   for (const auto& known : round.order.designed)
     live_->add_guess(known.conditions, known.candidate->deployed);
@@ -210,9 +217,11 @@ std::shared_ptr<LinkageResult> LinkageSession::Impl::final_of(LiveLinkage::Outco
   result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
   const bool moved = !cancelled && !outcome.path.empty();
   if (moved) result->path = std::move(outcome.path);
-  result->frames = moved ? matrix_of_columns(outcome.frames) : matrix_of_columns({shape_now()});
-  result->strains = moved ? matrix_of_columns(outcome.strains)
-                          : matrix_of_columns({live_->statics()->strains(live_->state())});
+  result->frames =
+      moved ? matrix_of_columns(outcome.frames) : matrix_of_columns(std::vector{shape_now()});
+  result->strains = moved
+                        ? matrix_of_columns(outcome.strains)
+                        : matrix_of_columns(std::vector{live_->statics()->strains(live_->state())});
   result->statics = live_->statics();
   result->state = std::make_shared<const rods::LinkageState>(live_->state());
   result->conditions =
@@ -226,12 +235,12 @@ std::shared_ptr<LinkageResult> LinkageSession::Impl::final_of(LiveLinkage::Outco
 void LinkageSession::Impl::publish_iterate(const Round& round) {
   if (!is_time_to_publish()) return;
   auto result = std::make_shared<LinkageResult>();
-  result->frames = matrix_of_columns({shape_now()});
+  result->frames = matrix_of_columns(std::vector{shape_now()});
   add_shape(*result);
   publish(std::move(result), round);
 }
 
-Eigen::VectorXf LinkageSession::Impl::shape_now() const {
+Eigen::VectorXd LinkageSession::Impl::shape_now() const {
   return live_->shape().coordinates(live_->model(), live_->state());
 }
 

@@ -17,10 +17,12 @@ std::vector<TextFile> files_of(const session::BeamAnalysis& analysis, proto::Exp
     case proto::EXPORT_FORMAT_VTU:
       return {{stem + ".vtu", session::beam_vtu(analysis)}};
     case proto::EXPORT_FORMAT_CSV:
-      return {{stem + "_nodes.csv", session::beam_nodes_csv(analysis)},
-              {stem + "_elements.csv", session::beam_elements_csv(analysis)}};
+      return {
+          {stem + "_nodes.csv", session::beam_nodes_csv(analysis)},
+          {stem + "_elements.csv", session::beam_elements_csv(analysis)},
+          {stem + "_stations.csv", session::beam_stations_csv(analysis, beams::kDefaultStations)}};
     default:
-      return {{stem + "_shape.json", session::beam_json(analysis)}};
+      return {{stem + "_shape.json", session::beam_json(analysis, beams::kDefaultStations)}};
   }
 }
 
@@ -73,11 +75,13 @@ proto::ExportResponse export_beams(BeamRecord& record, const proto::ExportReques
   return response;
 }
 
-proto::GetBeamSolutionResponse beam_solution(const BeamRecord& record) {
+proto::GetBeamSolutionResponse beam_solution(const BeamRecord& record,
+                                             const proto::GetBeamSolutionRequest& request) {
+  const int stations = decode_stations(request);
   const auto result = in_balance(record.demand_result(true));
   proto::GetBeamSolutionResponse response;
   *response.mutable_result() = encode_beam_result(*result);
-  *response.mutable_solution() = encode_beams(*result->analysis);
+  *response.mutable_solution() = encode_beams(*result->analysis, stations);
   return response;
 }
 

@@ -13,6 +13,7 @@ namespace limber::server {
                                                  const proto::ExportRequest& request);
 
 /// @throws Error{kFailedPrecondition, "session"} where there is no equilibrium yet
-[[nodiscard]] proto::GetBeamSolutionResponse beam_solution(const BeamRecord& record);
+[[nodiscard]] proto::GetBeamSolutionResponse beam_solution(
+    const BeamRecord& record, const proto::GetBeamSolutionRequest& request);
 
 }  // namespace limber::server

@@ -53,7 +53,7 @@ class BeamOpening final : public Opening {
 
 proto::SolveBeamsResponse solve_beams(const proto::SolveBeamsRequest& request, Hub& hub) {
   BeamRequest decoded = decode_beams(request);
-  const std::uint64_t bytes = estimate_beam_bytes(decoded.model, decoded.shapes);
+  const std::uint64_t bytes = estimate_beam_bytes(decoded.model, decoded.shapes, decoded.stations);
   const std::uint64_t limit = hub.options.limits.session_bytes;
   if (limit > 0 && bytes > limit)
     throw limit_exceeded(request.has_job() ? "job" : "structure", "estimated bytes of the solution",
@@ -64,7 +64,7 @@ proto::SolveBeamsResponse solve_beams(const proto::SolveBeamsRequest& request, H
         const session::BeamAnalysis analysis =
             session::analyse(decoded.model, decoded.options, decoded.shapes, job);
         JobProduct product;
-        product.beams = encode_beams(analysis);
+        product.beams = encode_beams(analysis, decoded.stations);
         product.files = beam_files(analysis, decoded);
         for (const auto& issue : session::beam_remarks(decoded.model)) {
           product.issues.push_back(encode_issue(issue, "structure."));

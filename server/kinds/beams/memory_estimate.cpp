@@ -5,21 +5,25 @@
 
 namespace limber::server {
 
-std::uint64_t estimate_beam_bytes(const beams::BeamModel& model, int shapes) {
-  return estimate_cut_beam_bytes(model, static_cast<int>(model.elements.size()), shapes);
+std::uint64_t estimate_beam_bytes(const beams::BeamModel& model, int shapes, int stations) {
+  return estimate_cut_beam_bytes(model, static_cast<int>(model.elements.size()), shapes, stations);
 }
 
-std::uint64_t estimate_cut_beam_bytes(const beams::BeamModel& model, int elements, int shapes) {
+std::uint64_t estimate_cut_beam_bytes(const beams::BeamModel& model, int elements, int shapes,
+                                      int stations) {
   // A cut adds a node with each element.
   const auto m = static_cast<double>(elements);
   const double n =
       static_cast<double>(model.nodes.size()) + m - static_cast<double>(model.elements.size());
   double numbers = 36 * (n + 2 * m);                     // second derivatives, and as triplets
   numbers += 36 * n * 20 * std::log2(std::max(2.0, n));  // factor of a surface's under dissection
-  numbers += n * 200 + m * 300;                          // states, kernels, the answer
-  const double text = 24 * (13 * n + 17 * m) * 4;        // a number in .csv, and named in .json
-  return static_cast<std::uint64_t>(numbers * sizeof(double) + text +
-                                    shapes * 3 * n * 2 * sizeof(float));
+  numbers += n * 200 + m * (400 + 8 * stations);         // states, kernels, the answer
+  // Of a node in a session's shape, position and rotation; of a solve's, its position as it is kept
+  // and in the answer of what lies far off, 6.
+  numbers += shapes * 7 * n;
+  // A number in .csv, and named in .json.
+  const double text = 24 * (13 * n + (42 + 10 * stations) * m) * 4;
+  return static_cast<std::uint64_t>(numbers * sizeof(double) + text);
 }
 
 }  // namespace limber::server

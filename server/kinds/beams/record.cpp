@@ -11,6 +11,7 @@
 #include "server/kinds/beams/scene.h"
 #include "server/kinds/beams/shape.h"
 #include "server/kinds/beams/structure.h"
+#include "server/wire/indices.h"
 
 namespace limber::server {
 
@@ -57,7 +58,7 @@ std::optional<proto::EditRequest> BeamRecord::made_edits(const proto::Request& r
       *made->add_edits() = std::move(edit);
       continue;
     }
-    const auto node = static_cast<int>(edit.hold_beam_node().node());
+    const int node = decode_index(edit.hold_beam_node().node(), "node");
     const auto& motions = conditions->motions;
     const auto motion = std::find_if(motions.begin(), motions.end(),
                                      [node](const auto& one) { return one.node == node; });
@@ -101,7 +102,7 @@ bool BeamRecord::answer(const proto::Request& request, proto::Reply& reply) {
     return true;
   }
   if (!request.has_get_beam_solution()) return false;
-  *reply.mutable_get_beam_solution() = beam_solution(*this);
+  *reply.mutable_get_beam_solution() = beam_solution(*this, request.get_beam_solution());
   return true;
 }
 

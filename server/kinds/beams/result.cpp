@@ -1,5 +1,7 @@
 #include "server/kinds/beams/result.h"
 
+#include <algorithm>
+
 #include "server/kinds/beams/solution.h"
 #include "server/wire/arrays.h"
 #include "server/wire/enum_table.h"
@@ -28,17 +30,33 @@ void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) 
   if (report.negative_eigenvalues)
     info.set_negative_eigenvalues(static_cast<std::uint32_t>(*report.negative_eigenvalues));
   encode_beam_snaps(report.snaps, *info.mutable_snaps());
+  encode_beam_stability(report, info);
+}
+
+std::uint32_t index_or_zero(int index) { return static_cast<std::uint32_t>(std::max(index, 0)); }
+
+void encode_errors(const beams::DiscretisationError& error, proto::DiscretisationError& message) {
+  message.set_position_error(error.position_error);
+  message.set_max_distance(error.max_distance);
+  message.set_worst_node(index_or_zero(error.worst_node));
+  message.set_energy_error(error.energy_error);
+  if (error.worst_moment_element >= 0) {
+    message.set_moment_error(error.moment_error);
+    message.set_max_moment_error(error.max_moment_error);
+    message.set_worst_moment_element(index_or_zero(error.worst_moment_element));
+  }
+  if (!error.utilisation_error) return;
+  message.set_utilisation_error(*error.utilisation_error);
+  message.set_worst_utilisation_element(index_or_zero(error.worst_utilisation_element));
 }
 
 proto::DiscretisationError encode_discretisation(const session::DiscretisationCheck& check) {
   const beams::DiscretisationError& error = check.error;
   proto::DiscretisationError message;
-  message.set_position_error(error.position_error);
-  message.set_max_distance(error.max_distance);
-  if (error.worst_node >= 0) message.set_worst_node(static_cast<std::uint32_t>(error.worst_node));
-  message.set_energy_error(error.energy_error);
   message.set_elements(static_cast<std::uint32_t>(error.elements));
-  message.set_compared_elements(static_cast<std::uint32_t>(error.compared_elements));
+  if (error.compared_elements > 0) encode_errors(error, message);
+  if (error.is_known)
+    message.set_compared_elements(static_cast<std::uint32_t>(error.compared_elements));
   message.set_tolerance(check.tolerance.value_or(0));
   message.set_within_tolerance(check.within_tolerance());
   message.set_check_ms(check.check_ms);
@@ -55,7 +73,7 @@ proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   auto& message = *info.mutable_beams();
   if (!result.is_final) return info;
   info.set_status(kSolveStatuses.encode(result.report.status));
-  info.set_message(result.report.message);
+  info.set_message(beam_message(result.report));
   info.set_iterations(static_cast<std::uint32_t>(result.report.newton_iterations));
   info.set_gradient(result.report.residual);
   encode_beam_report(result.report, message);
@@ -84,22 +102,27 @@ proto::GetGeometryResponse encode_beam_geometry(const beams::BeamModel& model) {
 
 std::uint64_t BeamFrames::bytes(proto::Encoding encoding, int count) const {
   const auto values = static_cast<std::uint64_t>(count) * static_cast<std::uint64_t>(nodes());
-  if (encoding == proto::ENCODING_POSITIONS) return values * 3 * sizeof(float);
   if (encoding == proto::ENCODING_POSITIONS_QUANTISED) return values * 3 * sizeof(std::uint16_t);
-  return values * 7 * sizeof(float);
+  return values * (encoding == proto::ENCODING_POSITIONS ? 3 : 7) * bytes_of(precision());
+}
+
+scene::Precision BeamFrames::precision() const {
+  if (result_->frames->cols() == 0) return scene::Precision::kFloat32;
+  const Eigen::MatrixXd shape = result_->frames->rightCols<1>().reshaped(7, nodes());
+  return scene::precision_for(shape.topRows<3>());
 }
 
 proto::Frames BeamFrames::encode(proto::Encoding encoding, FrameRange range) const {
   proto::Frames frames = frames_of(encode_beam_result(*result_), encoding, range);
   const auto columns = result_->frames->middleCols(range.first, range.count);
   if (!is_of_positions(encoding)) {
-    set_coordinates(columns, frames);
+    set_coordinates(columns, precision(), frames);
     return frames;
   }
-  Eigen::MatrixXf positions(3 * nodes(), range.count);
+  Eigen::MatrixXd positions(3 * nodes(), range.count);
   for (Eigen::Index i = 0; i < nodes(); ++i)
     positions.middleRows<3>(3 * i) = columns.middleRows<3>(7 * i);
-  set_positions(positions, encoding, frames);
+  set_positions(positions, precision(), encoding, frames);
   return frames;
 }
 

@@ -5,6 +5,7 @@
 
 #include "engine/session/beams/session.h"
 #include "server/wire/frame_source.h"
+#include "server/wire/precise_frames.h"
 
 namespace limber::server {
 
@@ -26,13 +27,14 @@ class BeamFrames final : public FrameSource {
   [[nodiscard]] bool is_final() const override { return result_->is_final; }
   [[nodiscard]] std::uint64_t kept_bytes() const override {
     return sizeof(session::BeamResult) +
-           static_cast<std::uint64_t>(result_->frames->size()) * sizeof(float);
+           static_cast<std::uint64_t>(result_->frames->size()) * sizeof(double);
   }
   [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override;
   [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
 
  private:
   [[nodiscard]] Eigen::Index nodes() const { return result_->frames->rows() / 7; }
+  [[nodiscard]] scene::Precision precision() const;  // of positions
 
   std::shared_ptr<const session::BeamResult> result_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/checked_number.h"
 #include "server/kinds/beams/shape.h"
 #include "server/wire/arrays.h"
 #include "server/wire/fields.h"
@@ -22,9 +23,9 @@ void demand_beams_alone(const proto::Scene& message, const std::string& prefix) 
 beams::BeamDiscretisation decode_discretisation(const proto::BeamScene& message) {
   beams::BeamDiscretisation discretisation;
   if (message.has_elements_per_member()) {
-    constexpr std::uint32_t kTooMany = beams::BeamDiscretisation::kMaxParts + 1;
+    constexpr int kTooMany = beams::BeamDiscretisation::kMaxParts + 1;
     discretisation.elements_per_member =
-        static_cast<int>(std::min(message.elements_per_member(), kTooMany));
+        to_whole<int>(message.elements_per_member()).value_or(kTooMany);
   }
   if (message.has_tolerance()) discretisation.tolerance = message.tolerance();
   discretisation.validate();

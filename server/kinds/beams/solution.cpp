@@ -4,11 +4,15 @@
 
 #include <algorithm>
 
+#include "engine/base/degrees.h"
 #include "engine/session/beams/files.h"
 #include "server/kinds/beams/structure.h"
 #include "server/wire/arrays.h"
 #include "server/wire/enum_table.h"
 #include "server/wire/file_stem.h"
+#include "server/wire/indices.h"
+#include "server/wire/precise_frames.h"
+#include "server/wire/vectors.h"
 
 namespace limber::server {
 namespace {
@@ -62,6 +66,43 @@ Eigen::MatrixXd stress_rows(const std::vector<beams::ElementStresses>& stresses)
   return rows;
 }
 
+/// elements x 6 x 4: of each force and moment the least value, its place, the largest, its place.
+proto::Array encode_extremes(const std::vector<beams::ElementExtremes>& extremes) {
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT64);
+  for (const std::uint64_t size :
+       {static_cast<std::uint64_t>(extremes.size()),
+        static_cast<std::uint64_t>(beams::SectionForces::kComponents), std::uint64_t{4}})
+    array.add_shape(size);
+  for (const beams::ElementExtremes& of_element : extremes) {
+    for (const beams::Extremes& e : of_element) {
+      const double values[] = {e.least, e.least_place, e.largest, e.largest_place};
+      array.mutable_data()->append(reinterpret_cast<const char*>(values), sizeof values);
+    }
+  }
+  return array;
+}
+
+/// elements x stations x 8: forces and moments, equivalent stress, utilisation.
+proto::Array encode_stations(const session::BeamAnalysis& analysis, int count) {
+  constexpr std::uint64_t kColumns = beams::SectionForces::kComponents + 2;
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT64);
+  const beams::BeamModel& model = analysis.structure.model();
+  for (const std::uint64_t size : {static_cast<std::uint64_t>(model.elements.size()),
+                                   static_cast<std::uint64_t>(count), kColumns})
+    array.add_shape(size);
+  for (int e = 0; e < static_cast<int>(model.elements.size()); ++e) {
+    for (const beams::Station& station : stations_along(analysis.results, model, e, count)) {
+      const auto forces = station.forces.components();
+      const double last[] = {station.equivalent, station.utilisation};
+      array.mutable_data()->append(reinterpret_cast<const char*>(forces.data()), sizeof forces);
+      array.mutable_data()->append(reinterpret_cast<const char*>(last), sizeof last);
+    }
+  }
+  return array;
+}
+
 Eigen::MatrixXd rotation_rows(const beams::BeamState& state) {
   Eigen::MatrixXd rows(state.nodes(), 4);
   for (int i = 0; i < state.nodes(); ++i) {
@@ -81,13 +122,16 @@ proto::Array encode_column(const std::vector<double>& values) {
 
 proto::Array encode_shapes(const session::BeamAnalysis& analysis) {
   proto::Array array;
-  array.set_type(proto::DATA_TYPE_FLOAT32);
+  const bool is_far =
+      scene::precision_for(analysis.solution.state.positions) == scene::Precision::kFloat64;
+  array.set_type(is_far ? proto::DATA_TYPE_FLOAT64 : proto::DATA_TYPE_FLOAT32);
   array.add_shape(analysis.shapes.size());
   array.add_shape(static_cast<std::uint64_t>(analysis.structure.nodes()));
   array.add_shape(3);
-  for (const Eigen::Matrix3Xf& shape : analysis.shapes)
-    array.mutable_data()->append(reinterpret_cast<const char*>(shape.data()),
-                                 static_cast<std::size_t>(shape.size()) * sizeof(float));
+  for (const Eigen::Matrix3Xd& shape : analysis.shapes) {
+    const auto precision = is_far ? scene::Precision::kFloat64 : scene::Precision::kFloat32;
+    array.mutable_data()->append(encode_points(shape, precision).data());
+  }
   return array;
 }
 
@@ -102,8 +146,9 @@ void encode_solution_report(const beams::BeamReport& report, proto::BeamSolution
   if (report.node >= 0) message.set_node(static_cast<std::uint32_t>(report.node));
   if (report.negative_eigenvalues)
     message.set_negative_eigenvalues(static_cast<std::uint32_t>(*report.negative_eigenvalues));
-  message.set_message(report.message);
+  message.set_message(beam_message(report));
   encode_beam_snaps(report.snaps, *message.mutable_snaps());
+  encode_beam_stability(report, message);
 }
 
 proto::ExportedFile file_of(std::string name, std::string content) {
@@ -123,6 +168,23 @@ proto::BeamStatus encode_beam_status(beams::BeamStatus status) {
   return kBeamStatuses.encode(status);
 }
 
+std::string beam_message(const beams::BeamReport& report) {
+  constexpr std::size_t kMost = 3;  // further ones are counted
+  if (report.snaps.empty()) return report.message;
+  std::string text = report.message.empty() ? "" : report.message + "; ";
+  text += "the structure snapped to another shape";
+  for (std::size_t i = 0; i < std::min(kMost, report.snaps.size()); ++i) {
+    const beams::BeamSnap& snap = report.snaps[i];
+    text += fmt::format("{} at {:.4g} % of the path", i == 0 ? "" : ",", 100 * snap.load_factor);
+    if (snap.node >= 0)
+      text += fmt::format(" (node {} turned by {:.3g} degrees)", snap.node,
+                          snap.turn * kDegreesPerRadian);
+  }
+  if (report.snaps.size() > kMost)
+    text += fmt::format(", and {} more times", report.snaps.size() - kMost);
+  return text;
+}
+
 void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
                        google::protobuf::RepeatedPtrField<proto::BeamSnap>& messages) {
   for (const beams::BeamSnap& snap : snaps) {
@@ -131,6 +193,15 @@ void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
     message.set_turn(snap.turn);
     message.set_node(static_cast<std::uint32_t>(std::max(snap.node, 0)));
   }
+}
+
+proto::BeamNeutralDirection encode_beam_neutral_direction(
+    const beams::BeamNeutralDirection& direction) {
+  proto::BeamNeutralDirection message;
+  message.set_node(static_cast<std::uint32_t>(std::max(direction.node, 0)));
+  encode_vector(direction.translation, *message.mutable_translation());
+  encode_vector(direction.rotation, *message.mutable_rotation());
+  return message;
 }
 
 proto::BeamEnergies encode_beam_energies(const beams::BeamEnergies& energies) {
@@ -163,7 +234,8 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   decoded.options.validate();
   if (request.shapes() > kMaxShapes)
     throw limit_exceeded("shapes", "shapes to keep", kMaxShapes, request.shapes());
-  decoded.shapes = static_cast<int>(request.shapes());
+  decoded.shapes = decode_index(request.shapes(), "shapes");
+  decoded.stations = decode_stations(request);
   for (int i = 0; i < request.files_size(); ++i) {
     if (request.files(i) == proto::BEAM_FILE_FORMAT_UNSPECIFIED)
       throw invalid(fmt::format("files[{}]", i), "unspecified");
@@ -177,7 +249,7 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   return decoded;
 }
 
-proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis) {
+proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis, int stations) {
   const beams::BeamState& state = analysis.solution.state;
   const beams::BeamResults& results = analysis.results;
   proto::BeamSolution message;
@@ -188,6 +260,9 @@ proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis) {
   *message.mutable_reaction_moments() = encode_points_float64(results.reaction_moments);
   *message.mutable_element_forces() = encode_matrix(force_rows(results.forces));
   *message.mutable_element_stresses() = encode_matrix(stress_rows(results.stresses));
+  *message.mutable_element_extremes() = encode_extremes(results.extremes);
+  *message.mutable_governing_places() = encode_column(results.governing_places);
+  if (stations > 0) *message.mutable_stations() = encode_stations(analysis, stations);
   *message.mutable_element_energies() = encode_column(results.element_energies);
   *message.mutable_energies() = encode_beam_energies(results.energies);
   message.set_largest_utilisation(results.largest_utilisation);
@@ -204,10 +279,14 @@ std::vector<proto::ExportedFile> beam_files(const session::BeamAnalysis& analysi
     if (format == proto::BEAM_FILE_FORMAT_VTU)
       files.push_back(file_of(request.stem + ".vtu", session::beam_vtu(analysis)));
     if (format == proto::BEAM_FILE_FORMAT_JSON)
-      files.push_back(file_of(request.stem + ".json", session::beam_json(analysis)));
+      files.push_back(
+          file_of(request.stem + ".json", session::beam_json(analysis, request.stations)));
     if (format != proto::BEAM_FILE_FORMAT_CSV) continue;
     files.push_back(file_of(request.stem + "_nodes.csv", session::beam_nodes_csv(analysis)));
     files.push_back(file_of(request.stem + "_elements.csv", session::beam_elements_csv(analysis)));
+    if (request.stations > 0)
+      files.push_back(file_of(request.stem + "_stations.csv",
+                              session::beam_stations_csv(analysis, request.stations)));
   }
   return files;
 }

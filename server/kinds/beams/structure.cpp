@@ -34,9 +34,10 @@ beams::SectionShape decode_shape(const proto::BeamSection& message, const std::s
 
 beams::BeamSection decode_section(const proto::BeamSection& message, const std::string& field) {
   return with_fields_of(message, field + ".", [&] {
-    return beams::make_section(
-        decode_shape(message, field),
-        {message.young(), message.poisson(), message.density(), message.yield_stress()});
+    beams::BeamMaterial material{message.young(), message.poisson(), message.density(),
+                                 message.yield_stress()};
+    if (message.has_shear_modulus()) material.shear_modulus = message.shear_modulus();
+    return beams::make_section(decode_shape(message, field), material);
   });
 }
 

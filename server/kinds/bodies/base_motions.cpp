@@ -24,6 +24,8 @@ std::string ending_of(const fs::path& path) {
   return ending;
 }
 
+bool is_cache(const fs::path& path) { return ending_of(path) == ".pc2"; }
+
 Eigen::MatrixXd read_cache(const std::string& bytes, const std::string& field) {
   return scene::read_pc2(field, bytes).positions.cast<double>();
 }
@@ -41,9 +43,8 @@ Eigen::MatrixXd read_named(const std::vector<std::string>& paths, const std::str
 
 Eigen::MatrixXd read_path(const std::string& path, const std::string& field, int nodes,
                           const FileReader& read_file) {
-  const std::string ending = ending_of(path);
-  if (ending == ".pc2") return read_cache(read_file(path, field), field);
-  if (ending != ".pvd") {
+  if (is_cache(path)) return read_cache(read_file(path, field), field);
+  if (ending_of(path) != ".pvd") {
     throw invalid(field, fmt::format("'{}' is neither a .pc2 nor a .pvd; .vtu files are given in "
                                      "vtu_series.paths",
                                      path));
@@ -121,6 +122,10 @@ MotionReader base_motion_reader(PathResolver resolve) {
     };
     return read_base_motion(motion, field, nodes, read_file);
   };
+}
+
+bool is_point_cache(const proto::BaseMotion& motion) {
+  return motion.has_pc2() || (motion.has_path() && is_cache(motion.path()));
 }
 
 }  // namespace limber::server

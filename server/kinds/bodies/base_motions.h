@@ -26,4 +26,8 @@ using FileReader = std::function<std::string(const std::string& path, const std:
 /// @param resolve  the file that a path means, or throws naming the field
 [[nodiscard]] MotionReader base_motion_reader(PathResolver resolve);
 
+/// Whether it is a .pc2, as bytes or as a path: of single precision, and relative to the middle of
+/// a body that is far from the origin, as exports write it.
+[[nodiscard]] bool is_point_cache(const proto::BaseMotion& motion);
+
 }  // namespace limber::server

@@ -21,7 +21,7 @@ unsigned axis_bits(const proto::Constraint& message, const std::string& field) {
       throw invalid(fmt::format("{}.axes[{}]", field, i), "unspecified axis");
     if (!proto::Axis_IsValid(message.axes(i)))  // in what is stored, say
       throw invalid(fmt::format("{}.axes[{}]", field, i),
-                    fmt::format("there is no axis {}", static_cast<int>(message.axes(i))));
+                    fmt::format("there is no axis {}", int{message.axes(i)}));
     const unsigned axis = 1u << (static_cast<unsigned>(message.axes(i)) - 1u);
     if ((axes & axis) != 0) {
       throw invalid(fmt::format("{}.axes[{}]", field, i),

@@ -14,6 +14,8 @@
 #include "server/runtime/export_parts.h"
 #include "server/wire/errors.h"
 #include "server/wire/file_stem.h"
+#include "server/wire/indices.h"
+#include "server/wire/precise_frames.h"
 #include "server/wire/scene_json.h"
 
 namespace limber::server {
@@ -33,6 +35,19 @@ std::vector<int> surface_nodes(const session::Geometry& geometry) {
   return nodes;
 }
 
+/// @param positions  3 points x samples
+Eigen::MatrixXf relative_to(const Eigen::Vector3d& origin, const Eigen::MatrixXd& positions) {
+  const Eigen::VectorXd shift = origin.replicate(positions.rows() / 3, 1);
+  return (positions.colwise() - shift).cast<float>();
+}
+
+std::string obj_at(const Eigen::Vector3d& origin, const Eigen::Matrix3Xd& vertices,
+                   const Eigen::Matrix3Xi& triangles) {
+  if (origin.isZero(0)) return scene::write_obj(vertices, triangles);
+  return fmt::format("# relative to {} {} {}\n", origin.x(), origin.y(), origin.z()) +
+         scene::write_obj(vertices.colwise() - origin, triangles);
+}
+
 /// What a job leaves behind.
 class ComputedFiles final : public JobMotion {
  public:
@@ -43,7 +58,7 @@ class ComputedFiles final : public JobMotion {
     return static_cast<int>(motion_->positions.cols());
   }
   [[nodiscard]] std::uint64_t bytes(int count) const override {
-    return static_cast<std::uint64_t>(motion_->positions.rows()) * sizeof(float) *
+    return static_cast<std::uint64_t>(motion_->positions.rows()) * bytes_of(precision()) *
            static_cast<std::uint64_t>(count);
   }
   [[nodiscard]] proto::Frames encode(FrameRange range) const override {
@@ -51,7 +66,7 @@ class ComputedFiles final : public JobMotion {
     frames.set_encoding(proto::ENCODING_POSITIONS);
     frames.set_first_frame(static_cast<std::uint32_t>(range.first));
     frames.set_frame_count(static_cast<std::uint32_t>(range.count));
-    set_positions(motion_->positions.middleCols(range.first, range.count),
+    set_positions(motion_->positions.middleCols(range.first, range.count), precision(),
                   proto::ENCODING_POSITIONS, frames);
     return frames;
   }
@@ -63,6 +78,10 @@ class ComputedFiles final : public JobMotion {
   }
 
  private:
+  [[nodiscard]] scene::Precision precision() const {
+    return scene::precision_for(motion_->geometry.rest);
+  }
+
   std::shared_ptr<const ComputedMotion> motion_;
 };
 
@@ -105,7 +124,7 @@ proto::ExportResponse MotionExport::part(proto::ExportFormat format, std::uint32
     throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part",
                   fmt::format("part {} of {}", part, parts));
   }
-  const int step = frames_per_part(format), first = static_cast<int>(part) * step;
+  const int step = frames_per_part(format), first = decode_index(part, "part") * step;
   const int count = std::min(step, frame_count - first);
   proto::ExportResponse response;
   response.set_part(part);
@@ -139,14 +158,15 @@ void MotionExport::add_pvd(int first, int count, proto::ExportResponse& response
   const Eigen::Map<const Eigen::VectorXd> rest(geometry->rest.data(), geometry->rest.size());
   const Eigen::MatrixXd moved = positions(first, count);
   for (int i = 0; i < count; ++i) {
-    add_file(response, name(first + i), scene::write_vtu_frame(mesh, moved.col(i) - rest));
+    add_file(response, name(first + i),
+             scene::write_vtu_frame(mesh, moved.col(i) - rest, scene::precision_for(mesh.nodes)));
   }
 }
 
 void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response) const {
   if (first == 0)
-    add_file(response, stem + ".obj", scene::write_obj(geometry->rest, geometry->surface));
-  add_cache(stem + ".pc2", positions(first, count).cast<float>(), first, response);
+    add_file(response, stem + ".obj", obj_at(origin(), geometry->rest, geometry->surface));
+  add_cache(stem + ".pc2", positions(first, count), first, response);
 }
 
 void MotionExport::add_surface(int first, int count, proto::ExportResponse& response) const {
@@ -159,14 +179,14 @@ void MotionExport::add_surface(int first, int count, proto::ExportResponse& resp
     Eigen::Matrix3Xi triangles = geometry->surface;
     for (int& node : triangles.reshaped()) node = vertex[static_cast<std::size_t>(node)];
     add_file(response, name + ".obj",
-             scene::write_obj(geometry->rest(Eigen::all, nodes), triangles));
+             obj_at(origin(), geometry->rest(Eigen::all, nodes), triangles));
   }
   const Eigen::MatrixXd moved = positions(first, count);
-  Eigen::MatrixXf own(static_cast<Eigen::Index>(3 * nodes.size()), count);
+  Eigen::MatrixXd own(static_cast<Eigen::Index>(3 * nodes.size()), count);
   for (std::size_t k = 0; k < nodes.size(); ++k)
     own.middleRows<3>(static_cast<Eigen::Index>(3 * k)) =
-        moved.middleRows<3>(Eigen::Index{3} * nodes[k]).cast<float>();
-  add_cache(name + ".pc2", std::move(own), first, response);
+        moved.middleRows<3>(Eigen::Index{3} * nodes[k]);
+  add_cache(name + ".pc2", own, first, response);
 }
 
 void MotionExport::add_detail(int first, int count, proto::ExportResponse& response) const {
@@ -174,9 +194,9 @@ void MotionExport::add_detail(int first, int count, proto::ExportResponse& respo
   const std::string name = stem + "_detail";
   if (first == 0) {
     add_file(response, name + ".obj",
-             is_obj(detailed.name)
+             is_obj(detailed.name) && origin().isZero(0)
                  ? detailed.content
-                 : scene::write_obj(detailed.surface.vertices, detailed.surface.triangles));
+                 : obj_at(origin(), detailed.surface.vertices, detailed.surface.triangles));
     for (const auto& [companion, content] : detailed.companions)
       add_file(response, companion, content);
   }
@@ -184,14 +204,16 @@ void MotionExport::add_detail(int first, int count, proto::ExportResponse& respo
             first, response);
 }
 
+Eigen::Vector3d MotionExport::origin() const { return scene::origin_for(geometry->rest); }
+
 /// The header says how many samples there are in all; parts after the first are bytes to append.
-void MotionExport::add_cache(const std::string& name, Eigen::MatrixXf samples, int first,
+void MotionExport::add_cache(const std::string& name, const Eigen::MatrixXd& samples, int first,
                              proto::ExportResponse& response) const {
   scene::PointCache cache;
-  cache.positions = std::move(samples);
+  cache.positions = relative_to(origin(), samples);
   std::string bytes = scene::write_pc2(cache);
   if (first == 0) {
-    const auto count = static_cast<std::int32_t>(frame_count);
+    const std::int32_t count = frame_count;
     std::memcpy(bytes.data() + kPc2SampleCount, &count, sizeof count);
     add_file(response, name, std::move(bytes));
   } else {
@@ -227,7 +249,8 @@ proto::ExportResponse export_scene(const scene::Scene& scene, const std::string&
   if (has_base) {
     scene::PointCache cache;
     const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
-    cache.positions = (scene.base_motion.colwise() + rest).cast<float>();
+    cache.positions =
+        relative_to(scene::origin_for(scene.mesh.nodes), scene.base_motion.colwise() + rest);
     add_file(response, base, scene::write_pc2(cache));
   }
   return response;
@@ -248,7 +271,7 @@ proto::ExportResponse export_computed(const std::shared_ptr<const ComputedMotion
   files.geometry = {motion, &motion->geometry};
   files.frame_count = static_cast<int>(motion->positions.cols());
   files.positions = [&](int first, int count) -> Eigen::MatrixXd {
-    return motion->positions.middleCols(first, count).cast<double>();
+    return motion->positions.middleCols(first, count);
   };
   files.stem = stem;
   files.frames_per_second = motion->frames_per_second;

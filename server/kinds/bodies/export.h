@@ -18,13 +18,15 @@ namespace proto = limber::v1;
 struct ComputedMotion {
   scene::Scene scene;
   session::Geometry geometry;  // without a basis
-  Eigen::MatrixXf positions;   // 3 source nodes x frames [scene units]
+  Eigen::MatrixXd positions;   // 3 source nodes x frames [scene units]
   double frames_per_second = 30;
 };
 /// As what a job leaves behind.
 [[nodiscard]] std::shared_ptr<const JobMotion> job_motion(ComputedMotion motion);
 
 /// A motion as files, cut into parts of about 16 MB so that none is larger than a message may be.
+/// Point caches are of single precision: of a body far from the origin they and the .obj beside
+/// them are relative to its middle (scene::origin_for()), which a comment of the .obj says.
 struct MotionExport {
   std::shared_ptr<const session::Geometry> geometry;
   int frame_count = 0;
@@ -44,7 +46,8 @@ struct MotionExport {
   void add_pc2(int first, int count, proto::ExportResponse& response) const;
   void add_surface(int first, int count, proto::ExportResponse& response) const;
   void add_detail(int first, int count, proto::ExportResponse& response) const;
-  void add_cache(const std::string& name, Eigen::MatrixXf positions, int first,
+  [[nodiscard]] Eigen::Vector3d origin() const;
+  void add_cache(const std::string& name, const Eigen::MatrixXd& positions, int first,
                  proto::ExportResponse& response) const;
 };
 

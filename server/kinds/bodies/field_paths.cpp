@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
+#include "engine/base/checked_number.h"
 #include "server/wire/fields.h"
 
 namespace limber::server {
@@ -18,14 +17,13 @@ std::string body_field_in(const proto::Scene& message, const scene::Scene& scene
   if (field.starts_with("constraints[") || field.starts_with("keyframes["))
     return field_in(message, field);
   const std::size_t close = field.find(']');
-  int index = 0;
-  if (!field.starts_with(kMaterials) || close == std::string::npos ||
-      std::from_chars(field.data() + kMaterials.size(), field.data() + close, index).ptr !=
-          field.data() + close)
-    return field;
+  if (!field.starts_with(kMaterials) || close == std::string::npos) return field;
+  const auto index = parse_number<int>(
+      std::string_view(field).substr(kMaterials.size(), close - kMaterials.size()));
+  if (!index) return field;
   const std::string rest = field.substr(close + 1);
   const int groups = message.material_groups_size();
-  const int group = index - (static_cast<int>(scene.mesh.materials.size()) - groups);
+  const int group = *index - (static_cast<int>(scene.mesh.materials.size()) - groups);
   if (group >= 0 && group < groups)
     return fmt::format("material_groups[{}].material{}", group, rest);
   if (groups > 0) return "material" + rest;  // of the tets that are in no group

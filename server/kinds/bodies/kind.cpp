@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-
+#include <limits>
 #include <utility>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/samples/samples.h"
 #include "server/kinds/bodies/carried_surface.h"
 #include "server/kinds/bodies/limits.h"
@@ -61,7 +62,8 @@ class BodyOpening final : public Opening {
       : cache_(std::move(cache)), decoded_(decode_body(message, "scene.", context)) {
     remarks_ = server::remarks(message, decoded_, "scene.");
     demand_memory(decoded_.scene, scene_limits(context.limits));
-    most_constraints_ = static_cast<int>(context.limits.constraints);
+    most_constraints_ = to_whole<int>(std::uint32_t{context.limits.constraints})
+                            .value_or(std::numeric_limits<int>::max());
     memory_ = {estimate_session_bytes(decoded_.scene), estimate_kept_bytes(decoded_.scene)};
     opened_ = describe_body(message, decoded_.scene, context.resolve);
     if (opened_.surface) add_remarks(*opened_.surface);
@@ -80,6 +82,7 @@ class BodyOpening final : public Opening {
   void start(Hub& hub, session::Executor executor) override {
     session::SessionOptions options;
     options.max_constraints = most_constraints_;
+    options.start_search.emplace();
     options.mode_choice = mode_choice_within(decoded_.scene, hub.options.limits.session_bytes);
     record_->constraints_changed(decoded_.scene.constraints.size());
     const auto in_scene = [](const std::string& field) {

@@ -62,10 +62,10 @@ std::uint64_t estimate_kept_bytes(const scene::Scene& scene) {
 std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
   double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of a step
-  numbers += 3 * n * 3 * 45;      // mass, second derivative, its free part
-  numbers += m * (9 * 12 + 64);   // gradient operator, elements
-  numbers += 3 * n * frames * 2;  // displacements; positions, float32, and a part to be sent
-  if (scene.simulation)           // modes of the initial state and Lanczos vectors
+  numbers += 3 * n * 3 * 45;        // mass, second derivative, its free part
+  numbers += m * (9 * 12 + 64);     // gradient operator, elements
+  numbers += 3 * n * frames * 2.5;  // displacements; positions, and a part to be sent
+  if (scene.simulation)             // modes of the initial state and Lanczos vectors
     numbers += 3 * n * 4 * static_cast<double>(scene.simulation->initial.modes.size());
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
@@ -80,7 +80,7 @@ std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frame
   double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of the stiffness
   numbers += 3 * n * candidates * 6;                          // modes, scaled ones, Lanczos vectors
   numbers += m * (9 * 12 + 64) + 2 * 9 * m;                   // gradient operator, elements, a pose
-  numbers += 3 * n * (2 * frames + total + 3 * 64);  // base motion twice, positions, shapes
+  numbers += 3 * n * (2 * frames + 1.5 * total + 3 * 64);  // base motion twice, positions, shapes
   numbers += candidates * 4 * (frames + total);
   // The band of z, cross terms by chunks on each core, and the coupling of up to 32 modes.
   numbers += r * frames * (2 * r + 4 * 64) + 2 * std::pow(std::min(r, 32.0), 4);

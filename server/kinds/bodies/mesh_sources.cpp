@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
 LoadedMesh loaded(scene::MeshReading reading) {
-  return {std::move(reading.mesh), std::move(reading.warnings)};
+  return {std::move(reading.mesh), std::move(reading.warnings), std::move(reading.groups)};
 }
 
 LoadedMesh load_mesh(const proto::MeshSource& source, const std::string& field,
@@ -27,7 +27,7 @@ LoadedMesh load_mesh(const proto::MeshSource& source, const std::string& field,
                      [&] { return loaded(scene::read_mesh(file_set(source.file()), limits)); });
     case proto::MeshSource::kSample:
       return read_at(field + ".sample", [&] {
-        return LoadedMesh{scene::make_sample(source.sample()).mesh, {}};
+        return LoadedMesh{scene::make_sample(source.sample()).mesh, {}, {}};
       });
     default:
       break;

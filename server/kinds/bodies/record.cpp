@@ -176,8 +176,8 @@ proto::GetMaterialResponse BodyRecord::material(const proto::GetMaterialRequest&
 proto::ExplainResponse BodyRecord::explanation() const {
   const auto session = this->session();
   if (!session->model()) throw model_not_built();
-  const auto columns = demand_result(false)->coordinates.rows();
-  return explain_body(status(), *session, static_cast<int>(columns));
+  const auto columns = static_cast<int>(demand_result(false)->coordinates.rows());
+  return explain_body(status(), *session, columns);
 }
 
 void BodyRecord::look_at(const proto::LookAtRequest& request) {
@@ -285,9 +285,10 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
   note_result(
       std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {
-        // Whose modes were found to be enough: the frames that streams have already.
-        const bool is_sent = newest_ && newest_->awaits_modes && !result->awaits_modes &&
-                             newest_->revision == result->revision &&
+        // Its modes were found to be enough, or no start is lower: streams have the frames already.
+        const bool is_answered = newest_ && ((newest_->awaits_modes && !result->awaits_modes) ||
+                                             (newest_->awaits_starts && !result->awaits_starts));
+        const bool is_sent = is_answered && newest_->revision == result->revision &&
                              newest_->mode_changes == result->mode_changes &&
                              newest_->check == result->check;
         newest_ = result;
@@ -295,7 +296,7 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
         if (!geometry_ && !result->is_first_picture) return nullptr;
         return frames_of(result);
       },
-      result->check == session::Check::kPending || result->awaits_modes
+      result->check == session::Check::kPending || result->is_followed()
           ? ResultWaiters::Check::kPending
           : ResultWaiters::Check::kDone);
 }

@@ -1,33 +1,20 @@
 #include "server/kinds/bodies/recovery.h"
 
-#include <fmt/format.h>
-
-#include <limits>
-
 #include "engine/session/bodies/problem_mapping.h"
 #include "server/kinds/bodies/material.h"
 #include "server/kinds/bodies/scene.h"
 #include "server/wire/arrays.h"
-#include "server/wire/errors.h"
+#include "server/wire/indices.h"
 
 namespace limber::server {
-namespace {
-
-int decode_frames(std::uint32_t value, const char* field) {
-  if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max()))
-    throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field, fmt::format("{} is out of range", value));
-  return static_cast<int>(value);
-}
-
-}  // namespace
 
 session::RecoveryRequest decode_recovery(const proto::RecoverRequest& message) {
   session::RecoveryRequest request;
   if (message.variables() != proto::MATERIAL_VARIABLES_UNSPECIFIED)
     request.variables = session::map_variables(decode_variables(message.variables()));
-  request.recovered_frames = decode_frames(message.recovered_frames(), "recovered_frames");
-  request.driven_frames = decode_frames(message.driven_frames(), "driven_frames");
-  request.total_frames = decode_frames(message.total_frames(), "total_frames");
+  request.recovered_frames = decode_index(message.recovered_frames(), "recovered_frames");
+  request.driven_frames = decode_index(message.driven_frames(), "driven_frames");
+  request.total_frames = decode_index(message.total_frames(), "total_frames");
   if (message.has_weight()) request.weight = message.weight();
   if (message.has_column_weight()) request.column_weight = message.column_weight();
   if (message.start() == proto::RECOVERY_START_SPECTRUM)

@@ -15,6 +15,7 @@
 #include "server/runtime/pooled_job.h"
 #include "server/wire/errors.h"
 #include "server/wire/fields.h"
+#include "server/wire/indices.h"
 #include "server/wire/issues.h"
 
 namespace limber::server {
@@ -34,7 +35,7 @@ proto::TetrahedralizeResponse tetrahedralize(const proto::TetrahedralizeRequest&
       throw limit_exceeded("target_tets", "tets", hub.options.limits.mesh_tets,
                            request.target_tets());
     }
-    options.target_tets = static_cast<int>(request.target_tets());
+    options.target_tets = decode_index(request.target_tets(), "target_tets");
   }
   if (request.has_within()) options.within = request.within();
   options.validate();
@@ -61,7 +62,7 @@ proto::SimulateResponse simulate(const proto::SimulateRequest& request, Hub& hub
     throw invalid("scene.simulation",
                   "the scene says nothing to simulate: loads or an initial state are expected");
   }
-  message.clear_base_motion();
+  leave_simulation(message);
   DecodedScene decoded = decode_body(message, "scene.", context);
   proto::SimulateResponse response;
   for (auto& issue : remarks(message, decoded, "scene.")) *response.add_issues() = std::move(issue);

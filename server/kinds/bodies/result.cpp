@@ -94,6 +94,20 @@ proto::ResultInfo encode_result(const session::BodyResult& result, double length
   info.set_unit_force_energy(result.unit_force_energy);
   info.set_max_keyframe_error(result.max_keyframe_error / length_unit);
   info.set_weight_scale(result.weight_scale);
+  for (const spacetime::ConstraintMiss& miss : result.out_of_reach) {
+    auto& message = *info.add_out_of_reach();
+    message.set_constraint(miss.id);
+    message.set_distance(miss.distance / length_unit);
+  }
+  if (result.starts) {
+    auto& starts = *info.mutable_starts();
+    starts.set_compared(static_cast<std::uint32_t>(result.starts->compared));
+    starts.set_optima(static_cast<std::uint32_t>(result.starts->optima));
+    starts.set_lowest_energy(result.starts->lowest_energy);
+    starts.set_highest_energy(result.starts->highest_energy);
+    starts.set_largest_distance(result.starts->largest_distance / length_unit);
+    starts.set_budget(static_cast<std::uint32_t>(result.starts->budget));
+  }
   if (result.high_frequency_share) info.set_high_frequency_share(*result.high_frequency_share);
   if (result.motion_check)
     *info.mutable_motion_error() = encode_motion_error(*result.motion_check, length_unit);

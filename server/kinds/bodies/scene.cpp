@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
+#include "engine/scene/formats/precision.h"
 #include "engine/scene/keyframe_rules.h"
+#include "server/kinds/bodies/base_motions.h"
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/simulation.h"
 #include "server/wire/arrays.h"
@@ -86,6 +89,32 @@ scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::
   return model;
 }
 
+std::string names_of(const std::vector<scene::MeshGroup>& groups) {
+  constexpr std::size_t kListed = 10;
+  std::string names;
+  for (std::size_t g = 0; g < std::min(groups.size(), kListed); ++g)
+    names +=
+        fmt::format("{}{} ({} tets)", g > 0 ? ", " : "", groups[g].name, groups[g].tets.size());
+  return names + (groups.size() > kListed ? ", ..." : "");
+}
+
+/// Materials that no tet has are left out, so that scenes do not grow by being saved and opened.
+/// The others keep their order, and those of groups stay: body_field_in() counts them from the end.
+void drop_unused_materials(bodies::TetMesh& mesh, int groups) {
+  const std::size_t first_of_group = mesh.materials.size() - static_cast<std::size_t>(groups);
+  std::vector<char> is_used(mesh.materials.size(), 0);
+  for (const int material : mesh.tet_material) is_used[static_cast<std::size_t>(material)] = 1;
+  std::vector<int> number(mesh.materials.size(), -1);
+  std::vector<bodies::Material> used;
+  for (std::size_t material = 0; material < number.size(); ++material) {
+    if (is_used[material] == 0 && material < first_of_group) continue;
+    number[material] = static_cast<int>(used.size());
+    used.push_back(mesh.materials[material]);
+  }
+  for (int& material : mesh.tet_material) material = number[static_cast<std::size_t>(material)];
+  mesh.materials = std::move(used);
+}
+
 /// Groups override what the mesh brings: tets of no group keep the mesh's material, or the scene's.
 void apply_groups(const proto::Scene& message, const std::string& prefix,
                   const bodies::Material& fallback, bodies::TetMesh& mesh, Faults& faults) {
@@ -114,6 +143,43 @@ void apply_groups(const proto::Scene& message, const std::string& prefix,
       if (tets > 0) mesh.tet_material[tet] = static_cast<int>(mesh.materials.size()) - 1;
     });
   }
+  if (tets > 0) drop_unused_materials(mesh, message.material_groups_size());
+}
+
+bool are_disjoint(const std::vector<scene::MeshGroup>& groups, int tets) {
+  std::vector<char> is_taken(static_cast<std::size_t>(tets), 0);
+  for (const scene::MeshGroup& group : groups) {
+    for (const int tet : group.tets)
+      if (std::exchange(is_taken[static_cast<std::size_t>(tet)], 1) != 0) return false;
+  }
+  return true;
+}
+
+/// Groups of a file that gives them no material become groups of the scene, with its material.
+void take_groups(const proto::Scene& message, const std::vector<scene::MeshGroup>& groups,
+                 DecodedScene& decoded) {
+  bodies::TetMesh& mesh = decoded.scene.mesh;
+  if (groups.empty() || !mesh.materials.empty() || message.material_groups_size() > 0) return;
+  std::string text =
+      fmt::format("the file has groups of tets without a material: {}. ", names_of(groups));
+  if (are_disjoint(groups, mesh.tet_count())) {
+    mesh.materials.assign(groups.size(), decoded.scene.material);
+    mesh.tet_material.assign(static_cast<std::size_t>(mesh.tet_count()), -1);
+    bool is_rest = false;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      for (const int tet : groups[g].tets)
+        mesh.tet_material[static_cast<std::size_t>(tet)] = static_cast<int>(g);
+    for (int& material : mesh.tet_material) {
+      if (material >= 0) continue;
+      material = static_cast<int>(groups.size());
+      is_rest = true;
+    }
+    if (is_rest) mesh.materials.push_back(decoded.scene.material);
+    text += "They are the scene's material_groups in this order, with the scene's material.";
+  } else {
+    text += "They overlap: all tets get the scene's material.";
+  }
+  decoded.mesh_warnings.push_back(text + " material_groups of the scene give them their own");
 }
 
 /// A mesh that brings materials leaves the scene's without effect, wholly.
@@ -185,6 +251,17 @@ LoadedMesh load_within(const proto::MeshSource& source, const std::string& field
   return loaded;
 }
 
+/// Point caches of bodies far from the origin are relative to their middle, as exports write them.
+/// @param displacements  3 nodes x frames; of such a motion the origin is added
+void restore_origin(const bodies::NodePositions& nodes, Eigen::MatrixXd& displacements) {
+  const Eigen::Vector3d origin = scene::origin_for(nodes);
+  if (origin.isZero(0) || displacements.size() == 0) return;
+  const Eigen::Vector3d mean = displacements.col(0).reshaped(3, nodes.cols()).rowwise().mean();
+  if ((mean + origin).norm() >= mean.norm()) return;
+  const Eigen::VectorXd shift = origin.replicate(nodes.cols(), 1);
+  displacements.colwise() += shift;
+}
+
 Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
                                    const scene::Scene& scene, const MotionReader& read_motion) {
   if (message.source_case() == proto::BaseMotion::SOURCE_NOT_SET) return {};
@@ -210,6 +287,7 @@ Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::
   }
   positions.colwise() -=
       Eigen::Map<const Eigen::VectorXd>(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+  if (is_point_cache(message)) restore_origin(scene.mesh.nodes, positions);
   return positions;
 }
 
@@ -261,7 +339,7 @@ std::shared_ptr<const scene::StartMotion> decode_start(const proto::Scene& messa
   const proto::ModalMotion& given = message.start();
   auto start = std::make_shared<scene::StartMotion>();
   start->coordinates = decode_matrix(given.coordinates(), field + ".coordinates");
-  if (start->coordinates.cols() != static_cast<Eigen::Index>(message.frames()))
+  if (start->coordinates.cols() != Eigen::Index{message.frames()})
     throw invalid(
         field + ".coordinates.shape",
         fmt::format("{} frames, the scene has {}", start->coordinates.cols(), message.frames()));
@@ -347,6 +425,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
     scene.mesh = std::move(loaded.mesh);
     decoded.mesh_warnings = std::move(loaded.warnings);
     warn_of_unused_material(message, decoded);
+    take_groups(message, loaded.groups, decoded);
   });
   apply_groups(message, prefix, scene.material, scene.mesh, faults);
   faults.try_to([&] {
@@ -424,6 +503,12 @@ proto::BaseMotion encode_base_motion(const scene::Scene& scene) {
 }
 
 bool is_body(const proto::Scene& message) { return foreign_field(message) == nullptr; }
+
+void leave_simulation(proto::Scene& message) {
+  message.clear_base_motion();
+  message.clear_constraints();
+  message.clear_keyframes();
+}
 
 void demand_body(const proto::Scene& message, const std::string& prefix) {
   if (const auto* field = foreign_field(message))

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/start_motion.h"
 #include "engine/session/bodies/session.h"
@@ -25,6 +26,7 @@ struct SceneLimits {
 struct LoadedMesh {
   bodies::TetMesh mesh;
   std::vector<std::string> warnings;
+  std::vector<scene::MeshGroup> groups = {};
 };
 
 /// Resolves every source but arrays: files, samples. `field` is the path of the source for errors.
@@ -99,5 +101,7 @@ struct DecodedScene {
 /// For what bodies alone can do.
 /// @throws Refusal naming the field that makes the scene one of another kind
 void demand_body(const proto::Scene& message, const std::string& prefix);
+/// Takes out what a simulation does not look at: base motion, constraints and keyframes.
+void leave_simulation(proto::Scene& message);
 
 }  // namespace limber::server

@@ -7,18 +7,13 @@
 
 #include "server/wire/arrays.h"
 #include "server/wire/enum_table.h"
+#include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {
 namespace {
 
 constexpr int kOutOfRange = std::numeric_limits<int>::max();
-
-int decode_count(std::uint32_t value, const std::string& field) {
-  if (value > static_cast<std::uint32_t>(kOutOfRange))
-    throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field, fmt::format("{} is out of range", value));
-  return static_cast<int>(value);
-}
 
 constexpr EnumTable<bodies::ForceProfile, proto::ForceProfile, proto::ForceProfile_MAX>
     kForceProfiles{{bodies::ForceProfile::kConstant, proto::FORCE_PROFILE_CONSTANT},
@@ -36,7 +31,7 @@ scene::NodalForce decode_force(const proto::NodalForce& message, const std::stri
   force.nodes.assign(static_cast<std::size_t>(message.nodes_size()), kOutOfRange);
   faults.try_each(field + ".nodes", message.nodes_size(), [&](int i) {
     force.nodes[static_cast<std::size_t>(i)] =
-        decode_count(message.nodes(i), fmt::format("{}.nodes[{}]", field, i));
+        decode_index(message.nodes(i), fmt::format("{}.nodes[{}]", field, i));
   });
   force.force = decode_vector(message.force());
   force.from_frame = message.from_frame();
@@ -113,7 +108,7 @@ scene::Simulation decode_simulation(const proto::Simulation& message, const std:
   if (message.has_steps_per_frame()) {
     faults.try_to([&] {
       simulation.steps_per_frame =
-          decode_count(message.steps_per_frame(), field + ".steps_per_frame");
+          decode_index(message.steps_per_frame(), field + ".steps_per_frame");
     });
   }
   simulation.scheme = kTimeSteppings.decode(message.scheme());

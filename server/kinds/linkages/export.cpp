@@ -20,8 +20,8 @@
 namespace limber::server {
 namespace {
 
-Eigen::Matrix3Xd points_of(const Eigen::VectorXf& nodes) {
-  return nodes.cast<double>().reshaped(3, nodes.size() / 3);
+Eigen::Matrix3Xd points_of(const Eigen::VectorXd& nodes) {
+  return nodes.reshaped(3, nodes.size() / 3);
 }
 
 /// The shapes of one final result.

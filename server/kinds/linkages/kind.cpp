@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <utility>
 
+#include "engine/base/checked_number.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkages/remarks.h"
 #include "server/kinds/linkages/design_requests.h"
 #include "server/kinds/linkages/record.h"
+#include "server/kinds/linkages/result.h"
 #include "server/kinds/linkages/scenes.h"
 #include "server/wire/fields.h"
 #include "server/wire/issues.h"
@@ -43,7 +46,8 @@ class LinkageOpening final : public Opening {
     opened_.segments = sizes.segments;
     opened_.length_unit = linkage_.length_unit_in_metres;
     opened_.resolve = context.resolve;
-    most_targets_ = static_cast<int>(context.limits.constraints);
+    most_targets_ = to_whole<int>(std::uint32_t{context.limits.constraints})
+                        .value_or(std::numeric_limits<int>::max());
     most_chosen_edges_ = most_chosen_edges(linkage_, context.limits.session_bytes);
   }
 
@@ -62,8 +66,9 @@ class LinkageOpening final : public Opening {
     limits.max_targets = most_targets_;
     limits.most_chosen_edges = most_chosen_edges_;
     record_->attach(with_linkage_fields(message_, [&] {
-      return std::make_shared<session::LinkageSession>(opened_.id, std::move(linkage_), limits,
-                                                       std::move(executor), record_);
+      return std::make_shared<session::LinkageSession>(
+          opened_.id, std::move(linkage_), limits, std::move(executor), record_,
+          decode_linkage_answer(record_->expected_answer()));
     }));
   }
 

@@ -107,9 +107,8 @@ proto::EditRequest LinkageRecord::own_edits(std::uint64_t revision) const {
     encode_numbers(sizes.sections,
                    *made.add_edits()->mutable_set_section_scales()->mutable_scales());
   // Last: sizes put an end to it.
-  if (info->erection)
-    *made.add_edits()->mutable_set_erection()->mutable_erection() =
-        encode_erection(*info->erection);
+  *made.add_edits()->mutable_set_erection()->mutable_erection() =
+      encode_erection(*session::erection_of(*info));
   return made;
 }
 

@@ -57,6 +57,11 @@ proto::DiscretisationError encode_shape_check(const session::ShapeCheck& check,
   message.set_position_error(check.position_error());
   message.set_max_distance(check.error.max_distance * length_unit);
   message.set_energy_error(check.error.energy_error);
+  if (check.error.stress) {
+    message.set_stress_error(check.error.stress->share);
+    message.set_max_stress_error(check.error.stress->error / (length_unit * length_unit));
+    message.set_worst_stress_segment(static_cast<std::uint32_t>(check.error.stress->segment));
+  }
   if (check.error.worst_joint >= 0)
     message.set_worst_node(static_cast<std::uint32_t>(check.error.worst_joint));
   return message;
@@ -88,6 +93,13 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   return info;
 }
 
+std::optional<session::RecalledAnswer> decode_linkage_answer(const proto::ResultInfo& info) {
+  if (!info.converged() || info.has_design() || info.status() == proto::SOLVE_STATUS_CANCELLED)
+    return {};
+  return session::RecalledAnswer{info.revision(), kEquilibriumStatuses.decode(info.status()),
+                                 info.solve_failed(), info.message()};
+}
+
 proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometry& geometry,
                                                    const std::string& known_basis_hash) {
   proto::GetGeometryResponse response;
@@ -102,22 +114,37 @@ proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometr
     linkage.add_vertex_of_joint(static_cast<std::uint32_t>(vertex));
   *linkage.mutable_outline() = encode_polygon(geometry.outline);
   linkage.set_surface_nodes(static_cast<std::uint32_t>(geometry.surface_nodes));
+  for (const rods::RodChain& rod : geometry.rods) {
+    proto::LinkageRod& made = *linkage.add_rods();
+    for (const int segment : rod.segments) made.add_segments(static_cast<std::uint32_t>(segment));
+    for (const char reversed : rod.reversed) made.add_reversed(reversed != 0);
+    made.set_closed(rod.is_closed);
+  }
+  linkage.set_mixed_angles(geometry.mixed_angles);
   return response;
 }
 
 std::uint64_t LinkageFrames::kept_bytes() const {
-  std::uint64_t numbers = static_cast<std::uint64_t>(result_->frames->size());
-  if (result_->strains) numbers += static_cast<std::uint64_t>(result_->strains->size());
-  return sizeof(session::LinkageResult) + numbers * sizeof(float);
+  std::uint64_t bytes = static_cast<std::uint64_t>(result_->frames->size()) * sizeof(double);
+  if (result_->strains)
+    bytes += static_cast<std::uint64_t>(result_->strains->size()) * sizeof(float);
+  return sizeof(session::LinkageResult) + bytes;
+}
+
+scene::Precision LinkageFrames::precision() const {
+  if (result_->frames->cols() == 0) return scene::Precision::kFloat32;
+  const Eigen::VectorXd surface =
+      result_->shape->surface(result_->frames->rightCols<1>(), result_->section_scales);
+  return scene::precision_for(surface.reshaped(3, surface.size() / 3));
 }
 
 std::uint64_t LinkageFrames::bytes(proto::Encoding encoding, int count) const {
   const auto frames = static_cast<std::uint64_t>(count);
   const auto values = 3 * static_cast<std::uint64_t>(result_->shape->surface_nodes());
-  if (encoding == proto::ENCODING_POSITIONS) return frames * values * sizeof(float);
+  if (encoding == proto::ENCODING_POSITIONS) return frames * values * bytes_of(precision());
   if (encoding == proto::ENCODING_POSITIONS_QUANTISED)
     return frames * values * sizeof(std::uint16_t);
-  return frames * static_cast<std::uint64_t>(result_->frames->rows()) * sizeof(float);
+  return frames * static_cast<std::uint64_t>(result_->frames->rows()) * bytes_of(precision());
 }
 
 proto::Frames LinkageFrames::encode(proto::Encoding encoding, FrameRange range) const {
@@ -125,13 +152,13 @@ proto::Frames LinkageFrames::encode(proto::Encoding encoding, FrameRange range) 
   frames.set_basis_hash(result_->geometry->hash);
   const auto columns = result_->frames->middleCols(range.first, range.count);
   if (is_of_positions(encoding)) {
-    Eigen::MatrixXf positions(3 * static_cast<Eigen::Index>(result_->shape->surface_nodes()),
+    Eigen::MatrixXd positions(3 * static_cast<Eigen::Index>(result_->shape->surface_nodes()),
                               range.count);
     for (int i = 0; i < range.count; ++i)
       positions.col(i) = result_->shape->surface(columns.col(i), result_->section_scales);
-    set_positions(positions, encoding, frames);
+    set_positions(positions, precision(), encoding, frames);
   } else {
-    set_coordinates(columns, frames);
+    set_coordinates(columns, precision(), frames);
   }
   return frames;
 }

@@ -8,6 +8,7 @@
 #include "engine/session/linkages/session.h"
 #include "engine/session/linkages/shape.h"
 #include "server/wire/frame_source.h"
+#include "server/wire/precise_frames.h"
 
 namespace limber::server {
 
@@ -15,6 +16,11 @@ namespace limber::server {
 /// the wire in J
 [[nodiscard]] proto::ResultInfo encode_linkage_result(const session::LinkageResult& result,
                                                       double length_unit);
+
+/// What a stored result says of its answer; empty where that is none to return to: not final,
+/// cancelled, or of a design.
+[[nodiscard]] std::optional<session::RecalledAnswer> decode_linkage_answer(
+    const proto::ResultInfo& info);
 
 /// @param known_basis_hash  where that is the hash, the client has all of it: it comes alone
 [[nodiscard]] proto::GetGeometryResponse encode_linkage_geometry(
@@ -42,6 +48,8 @@ class LinkageFrames final : public FrameSource {
   [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
 
  private:
+  [[nodiscard]] scene::Precision precision() const;  // of positions
+
   std::shared_ptr<const session::LinkageResult> result_;
   double length_unit_;
 };

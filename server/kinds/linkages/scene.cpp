@@ -137,7 +137,9 @@ constexpr EnumTable<rods::BendingForm, proto::RodBending, proto::RodBending_MAX>
     {rods::BendingForm::kAveragedFrames, proto::ROD_BENDING_AVERAGED_FRAMES}};
 
 constexpr EnumTable<rods::StiffAxis, proto::StiffAxis, proto::StiffAxis_MAX> kStiffAxes{
-    {rods::StiffAxis::kD1, proto::STIFF_AXIS_D1}, {rods::StiffAxis::kD2, proto::STIFF_AXIS_D2}};
+    {rods::StiffAxis::kAsGiven, proto::STIFF_AXIS_AS_GIVEN},
+    {rods::StiffAxis::kD1, proto::STIFF_AXIS_D1},
+    {rods::StiffAxis::kD2, proto::STIFF_AXIS_D2}};
 
 constexpr EnumTable<scene::RestLengthChoice, proto::RestLengths, proto::RestLengths_MAX>
     kRestLengths{{scene::RestLengthChoice::kAsDrawn, proto::REST_LENGTHS_AS_DRAWN},
@@ -156,6 +158,13 @@ std::shared_ptr<const scene::LinkageErection> decode_erection(const proto::Linka
         decode_angle(message.path_degrees(i), fmt::format("{}.path_degrees[{}]", field, i)));
   }
   erection->distance = message.distance();
+  if (message.has_flat_positions())
+    erection->flat_positions = decode_points(message.flat_positions(), field + ".flat_positions");
+  if (message.has_positions())
+    erection->positions = decode_points(message.positions(), field + ".positions");
+  erection->path_moments.assign(message.path_moments().begin(), message.path_moments().end());
+  if (message.has_support()) erection->support = decode_load(message.support(), field + ".support");
+  erection->failure = message.failure();
   return erection;
 }
 
@@ -165,6 +174,13 @@ proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
   for (const auto& load : erection.push) encode_load(load, *message.add_push());
   for (const double angle : erection.path) message.add_path_degrees(exact_degrees(angle));
   message.set_distance(erection.distance);
+  if (erection.flat_positions.cols() > 0)
+    *message.mutable_flat_positions() = encode_points_float64(erection.flat_positions);
+  if (erection.positions.cols() > 0)
+    *message.mutable_positions() = encode_points_float64(erection.positions);
+  for (const double moment : erection.path_moments) message.add_path_moments(moment);
+  if (erection.support) encode_load(*erection.support, *message.mutable_support());
+  message.set_failure(erection.failure);
   return message;
 }
 
@@ -240,7 +256,8 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
       throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field + ".edges_per_segment",
                     fmt::format("{} must be in [3, {}]", given.edges_per_segment(), kMaxEdges));
     }
-    linkage.edges_per_segment = static_cast<int>(given.edges_per_segment());
+    linkage.edges_per_segment =
+        decode_index(given.edges_per_segment(), field + ".edges_per_segment");
   }
   if (given.has_tolerance()) {
     linkage.tolerance = given.tolerance();
@@ -265,6 +282,8 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
         decode_conditions(given.shape().conditions(), field + ".shape.conditions");
   }
   linkage.lines = decode_lines(given.lines(), field + ".lines", load_lines);
+  if (given.has_normals())
+    linkage.lines.normals = decode_points(given.normals(), field + ".normals");
   return linkage;
 }
 
@@ -286,6 +305,8 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   encode_conditions(linkage.conditions, *given.mutable_conditions());
   if (linkage.conditions.erection)
     *given.mutable_erection() = encode_erection(*linkage.conditions.erection);
+  if (linkage.lines.normals.cols() > 0)
+    *given.mutable_normals() = encode_points_float64(linkage.lines.normals);
   if (linkage.shape) *given.mutable_shape() = encode_linkage_shape(*linkage.shape);
   if (linkage.shape_conditions)
     encode_conditions(*linkage.shape_conditions, *given.mutable_shape()->mutable_conditions());

@@ -47,7 +47,7 @@ TEST(Picking, FindsPointsInsideOnEdgesAndAtCorners) {
 }
 
 TEST(Picking, BoxesHaveTheirFaces) {
-  const std::vector<float> points = three_triangles().vertices;
+  const std::vector<double> points = three_triangles().vertices;
   EXPECT_THAT(points_in_box(points, {0, 0, 0}, {1, 0, 0}), ElementsAre(0U, 1U));
   EXPECT_THAT(points_in_box(points, {-1, -1, 1}, {1, 1, 4.9}), ElementsAre());
 }

@@ -66,6 +66,9 @@ TEST_F(LinkageClient, DeploysStepByStepAndPullsAJoint) {
   const LinkageGeometry& geometry = linkage.geometry();
   ASSERT_EQ(geometry.segments(), 144);
   ASSERT_EQ(geometry.joints(), 84);
+  EXPECT_EQ(geometry.rods().size(), 24U);
+  for (const LinkageRod& rod : geometry.rods()) EXPECT_EQ(rod.segments.size(), 6U);
+  EXPECT_FALSE(geometry.mixed_angles());
   for (int s = 0; s < geometry.segments(); ++s) {
     EXPECT_EQ(shape.centrelines[s].size(), shape.directors[s].size() + 1);
     EXPECT_EQ(static_cast<int>(shape.directors[s].size()), geometry.edges()[s]);
@@ -202,6 +205,10 @@ v1::GetGeometryResponse small_geometry() {
   ends.add_shape(2);
   const std::int32_t joints[] = {0, -1};
   ends.set_data(joints, sizeof joints);
+  v1::LinkageRod& rod = *linkage.add_rods();
+  rod.add_segments(0);
+  rod.add_reversed(true);
+  rod.set_closed(true);
   return message;
 }
 
@@ -219,6 +226,10 @@ TEST(LinkageGeometry, PartsOfAShapeComeInTheirOrder) {
   const LinkageGeometry geometry(small_geometry());
   EXPECT_EQ(geometry.vertex_of_joint(), std::vector<int>{5});
   EXPECT_EQ(geometry.joints_of_segment(), (std::vector<std::array<int, 2>>{{0, -1}}));
+  ASSERT_EQ(geometry.rods().size(), 1U);
+  EXPECT_EQ(geometry.rods()[0].segments, std::vector<int>{0});
+  EXPECT_EQ(geometry.rods()[0].reversed, std::vector<bool>{true});
+  EXPECT_TRUE(geometry.rods()[0].closed);
   std::vector<float> numbers{0, 0, 0, 2, 0, 0, 4, 1, 0, 0, 1, 0, 0, 0, 1, 3.14159265F / 2};
   const auto shapes = geometry.shapes(frames_of(numbers, 16));
   ASSERT_EQ(shapes.size(), 1U);
@@ -243,6 +254,10 @@ TEST(LinkageGeometry, WhatDoesNotFitIsMalformed) {
   };
   EXPECT_EQ(spoiled([](auto& l) { l.set_coordinates(17); }), v1::ERROR_CODE_MALFORMED);
   EXPECT_EQ(spoiled([](auto& l) { l.add_edges(2); }), v1::ERROR_CODE_MALFORMED);
+  EXPECT_EQ(spoiled([](auto& l) { l.mutable_rods(0)->set_segments(0, 1); }),
+            v1::ERROR_CODE_MALFORMED);
+  EXPECT_EQ(spoiled([](auto& l) { l.mutable_rods(0)->clear_reversed(); }),
+            v1::ERROR_CODE_MALFORMED);
   EXPECT_EQ(spoiled([](auto& l) { l.clear_vertex_of_joint(); }), v1::ERROR_CODE_MALFORMED);
   EXPECT_EQ(spoiled([](auto& l) { l.set_edges(0, 4000000000U); }), v1::ERROR_CODE_MALFORMED);
   EXPECT_EQ(code([] { const LinkageGeometry none(v1::GetGeometryResponse{}); }),

@@ -138,6 +138,38 @@ TEST(BeamJobs, MisspeltKeysAreRefusedByNameWithTheNearestOne) {
   EXPECT_EQ(refusal_of(kJob, R"({"isBreakOnDivergence":true,"Dtini":1})"), "accepted");
 }
 
+TEST(BeamJobs, IndicesBeyond32BitsAreRefused) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string text = kJob;
+    text.replace(text.find(from), from.size(), to);
+    return refusal_of(text);
+  };
+  for (const char* index :
+       {"4294967296", "4294967297", "2147483648", "9223372036854775807", "9223372036854775808",
+        "18446744073709551615", "18446744073709551616", "-1", "-4294967296", "-9223372036854775808",
+        "0.5", "1.0", "true", "\"0\"", "null", "[0]"}) {
+    EXPECT_EQ(with("[[0,[0,1,2]]]", std::string("[[0,[") + index + "]]]"),
+              "fixed vertices[0] has a direction that is not 0 to 5")
+        << index;
+    for (const auto& [member, entry] : {std::pair{"fixed vertices[0]", "[[0,[0,1,2]]]"},
+                                        {"forces[0]", "[[2,[1,2,3,4,5,6]]]"},
+                                        {"forced displacements[0]", "[[1,[0.1,0,-0.2]]]"}}) {
+      std::string spoiled = entry;
+      spoiled.replace(2, 1, index);
+      EXPECT_EQ(with(entry, spoiled), std::string(member) + " is not [vertex, numbers]") << index;
+    }
+  }
+}
+
+TEST(EdgeFiles, VerticesThatAreNoWholeNumbersOfAnIntAreRefused) {
+  for (const char* index : {"1.5", "4294967296", "-4294967296", "1e300", "2147483648"}) {
+    std::string text = kPly;
+    text.replace(text.find("property int vertex1"), 20, "property double vertex1");
+    text.replace(text.find("2 1 0\n"), 1, index);
+    EXPECT_EQ(field_of([&] { (void)read_edge_mesh("frame.ply", text); }), "frame.ply") << index;
+  }
+}
+
 TEST(BeamJobs, AByteOrderMarkIsSkipped) {
   const std::string mark = "\xEF\xBB\xBF";
   EXPECT_EQ(read_beam_job(mark + kJob, mark + "{}").forces.size(), 1U);

@@ -133,7 +133,7 @@ TEST(DamagedFiles, Vega) {
 }
 
 TEST(DamagedFiles, Materials) {
-  const MeshReading mesh{fixture_mesh(), {}};
+  const MeshReading mesh{fixture_mesh(), {}, {}};
   torment(
       [&](const std::string& content) {
         MeshReading copy = mesh;

@@ -5,31 +5,9 @@
 #include "tests/fuzz/decoding.h"
 #include "tests/fuzz/input.h"
 
-namespace {
-
-using namespace limber;
-namespace proto = limber::v1;
-
-void decode(const proto::Request& request) {
-  switch (request.body_case()) {
-    case proto::Request::kOpenSession:
-      return fuzz::decode_scene(request.open_session().scene());
-    case proto::Request::kValidateScene:
-      return fuzz::decode_scene(request.validate_scene().scene());
-    case proto::Request::kSimulate:
-      return fuzz::decode_scene(request.simulate().scene());
-    case proto::Request::kRecover:
-      return fuzz::decode_scene(request.recover().scene());
-    case proto::Request::kEdit:
-      return fuzz::decode_edits(request.edit());
-    default:
-      return;
-  }
-}
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace limber;
+  namespace proto = limber::v1;
   const std::string_view bytes = fuzz::text_of(data, size);
   const server::RequestPeek peek = server::peek_request(bytes);
   (void)server::peek_session(bytes, peek.body);
@@ -44,6 +22,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (peek.fault.empty() && static_cast<int>(request.body_case()) != peek.body &&
       request.body_case() != proto::Request::BODY_NOT_SET)
     fuzz::finding("the body that was peeked is not the one that is read");
-  decode(request);
+  fuzz::decode_request(request);
   return 0;
 }

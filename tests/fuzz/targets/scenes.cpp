@@ -9,6 +9,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace limber;
   const std::string_view text = fuzz::text_of(data, size);
   v1::Scene scene;
+  if (const auto fault = json::read_scene(text, scene); fault && fault->message.empty())
+    fuzz::finding("a fault without a message");  // as clients read it
   if (!fuzz::answers([&] { scene = server::scene_from_json(text); })) {
     v1::BeamStructure structure;  // which files may have alone
     if (const auto fault = json::read_message(text, structure); fault && fault->message.empty())

@@ -5,6 +5,7 @@
 //   t  a file of the token of pages
 //   d  the head of an HTTP request: lines of method, target, host, origin, local address
 //   e  an endpoint
+//   n  the name of a session, NAME or NAME@UID
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "server/cli/config_file.h"
+#include "server/runtime/run.h"
 #include "server/transport/allow_list.h"
 #include "server/transport/curve.h"
 #include "server/transport/endpoint.h"
@@ -173,6 +175,12 @@ void read_settings(char reader, std::string_view text) {
       return judge(text);
     case 'e':
       return read_endpoint(std::string(text));
+    case 'n': {
+      const auto key = server::SessionKey::parse(std::string(text));
+      if (key.uid != 0 && server::SessionKey::parse(key.reference()).uid != key.uid)
+        fuzz::finding("a session's reference that is not read as it was");
+      return;
+    }
     default:
       return;
   }

@@ -70,9 +70,10 @@ struct ChangesOfAMotion : ::testing::Test {
     for (const proto::Frames& frames : messages) last = client.put(frames);
   }
   [[nodiscard]] Eigen::MatrixXf held() const {
-    return Eigen::Map<const Eigen::MatrixXf>(client.coordinates().data(),
+    return Eigen::Map<const Eigen::MatrixXd>(client.coordinates().data(),
                                              static_cast<Eigen::Index>(client.size()),
-                                             static_cast<Eigen::Index>(client.frame_count()));
+                                             static_cast<Eigen::Index>(client.frame_count()))
+        .cast<float>();
   }
 
   Eigen::MatrixXf motion = motion_of(kFrames);
@@ -189,7 +190,8 @@ TEST_F(ChangesOfAMotion, WhoJoinsBetweenTwoRangesAsksForAllOfIt) {
   motion.col(3).array() += 1.0F;
   for (const proto::Frames& frames : stream.advance(Source(3, motion)))
     EXPECT_EQ(joined.put(frames), Outcome::kWhole);
-  EXPECT_EQ(Eigen::Map<const Eigen::MatrixXf>(joined.coordinates().data(), 3, kFrames), motion);
+  EXPECT_EQ(Eigen::Map<const Eigen::MatrixXd>(joined.coordinates().data(), 3, kFrames),
+            motion.cast<double>());
 }
 
 TEST_F(ChangesOfAMotion, WhoMissesAResultAsksForAllOfIt) {
@@ -230,7 +232,8 @@ TEST_F(ChangesOfAMotion, LongOnesComeInChunks) {
   MotionBuffer other;
   for (const proto::Frames& frames : messages) last = other.put(frames);
   EXPECT_EQ(last, Outcome::kWhole);
-  EXPECT_EQ(Eigen::Map<const Eigen::MatrixXf>(other.coordinates().data(), 3, kFrames), motion);
+  EXPECT_EQ(Eigen::Map<const Eigen::MatrixXd>(other.coordinates().data(), 3, kFrames),
+            motion.cast<double>());
 }
 
 TEST_F(ChangesOfAMotion, BeginAnewOnceNobodyHoldsThem) {

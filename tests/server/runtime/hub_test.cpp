@@ -43,5 +43,34 @@ TEST(Hub, WhatIsSolvedPromptlyMeanwhileTakesThePlaceOfWhatWasToBeRefined) {
   EXPECT_GT(solved, 0);
 }
 
+TEST(Hub, LongTasksLeaveAPlaceToShortOnes) {
+  ServerOptions options = test_options();
+  options.session_threads = 1;
+  Hub hub(options);
+  std::promise<void> gate, checked;
+  const auto opened = gate.get_future().share();
+  std::promise<void> built[2];
+  std::atomic<int> begun{0};
+  const session::Executor executors[] = {hub.session_executor("a"), hub.session_executor("b")};
+  for (int i = 0; i < 2; ++i) {
+    executors[i]([&built, i] { built[i].set_value(); }, session::Urgency::kPatient);
+    built[i].get_future().wait();
+  }
+  for (const auto& executor : executors) {
+    executor(
+        [&begun, opened] {
+          ++begun;
+          opened.wait();
+        },
+        session::Urgency::kLong);
+  }
+  executors[1]([&checked] { checked.set_value(); }, session::Urgency::kPatient);
+  EXPECT_EQ(checked.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  EXPECT_LE(begun, 1) << "the other one waits for its place";
+  gate.set_value();
+  hub.session_pool.join();
+  EXPECT_EQ(begun, 2);
+}
+
 }  // namespace
 }  // namespace limber::server

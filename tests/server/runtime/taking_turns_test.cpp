@@ -87,6 +87,16 @@ TEST_F(LongTasks, TakeAllThreadsWhereTheirNumberIsBoundedElsewhere) {
   EXPECT_EQ(most, kThreads);
 }
 
+TEST_F(LongTasks, LeaveAPlaceToWhatIsShorter) {
+  for (const char* client : {"a", "b", "c", "d", "e", "f"})
+    put_long(client, TakingTurns::Share::kPartButOne);
+  bool is_passed = false;
+  tasks.put("short", [&] { is_passed = running < kThreads && begun < kThreads; });
+  tasks.run_one();
+  EXPECT_LT(most, kThreads);
+  EXPECT_TRUE(is_passed) << "though six clients have more to do than there are places";
+}
+
 TEST(TakingTurns, PlacesOfTasksThatWaitForSomebodyAreLent) {
   int asked = 0;
   std::string ran;

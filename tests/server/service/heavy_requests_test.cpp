@@ -37,7 +37,8 @@ struct ServerHeavyRequests : ::testing::Test {
   std::promise<void> gate;
   boost::asio::thread_pool pool{1};
   std::vector<std::string> worked_on;
-  HeavyRequests requests{pool, 1, 1000, [this](HeavyRequests::Request request) {
+  WaitingBytes all_bytes{1000};
+  HeavyRequests requests{pool, 1, all_bytes, [this](HeavyRequests::Request request) {
                            worked_on.push_back(request.payload.to_string().substr(0, 2));
                            request.ticket->abandon();
                          }};
@@ -93,6 +94,26 @@ TEST_F(ServerHeavyRequests, BytesAreLimitedOfOneAndOfAll) {
   EXPECT_EQ(order().size(), 1u);
 }
 
+TEST_F(ServerHeavyRequests, BytesAreLimitedOfAllLinesTogether) {
+  HeavyRequests patient(pool, 1, all_bytes, [](const auto& request) { request.ticket->abandon(); });
+  const auto refused = [&](const std::string& client, std::size_t count) {
+    try {
+      patient.add({std::make_shared<Ticket>(transport, counters, open, Address{{client}, 0}, 1),
+                   zmq::message_t(count), ""});
+    } catch (const Refusal& refusal) {
+      return refusal.details().at("limit");
+    }
+    return std::string();
+  };
+  add("a", std::string(400, 'x'));
+  EXPECT_EQ(refused("a", 200), "500");
+  EXPECT_EQ(refused("b", 400), "");
+  EXPECT_EQ(refused("c", 300), "1000");
+  EXPECT_EQ(requests.take("a").size(), 1u);
+  EXPECT_EQ(refused("a", 200), "");
+  EXPECT_EQ(order().size(), 0u);
+}
+
 TEST_F(ServerHeavyRequests, SessionsAreBusyUntilTheirLastRequestIsDone) {
   EXPECT_FALSE(requests.is_busy("s"));
   add("a", "a1", "s");
@@ -117,7 +138,8 @@ TEST(ServerHeavyRequestsOfSessions, AreWorkedOnOneAtATimeAndInOrder) {
   int running = 0, most = 0;
   std::promise<void> gate, others;
   const std::shared_future<void> opened = gate.get_future().share();
-  HeavyRequests requests(pool, 3, 1000, [&](HeavyRequests::Request request) {
+  WaitingBytes bytes(1000);
+  HeavyRequests requests(pool, 3, bytes, [&](HeavyRequests::Request request) {
     const std::string payload = request.payload.to_string();
     if (request.session.empty()) {
       const std::lock_guard lock(mutex);
@@ -183,7 +205,8 @@ struct ServerHeavyRequestsHeldUp : ::testing::Test {
   std::promise<void> gate;
   std::shared_future<void> opened = gate.get_future().share();
   boost::asio::thread_pool pool{3};
-  HeavyRequests requests{pool, 3, 100'000'000, [this](HeavyRequests::Request request) {
+  WaitingBytes bytes{100'000'000};
+  HeavyRequests requests{pool, 3, bytes, [this](HeavyRequests::Request request) {
                            {
                              const std::lock_guard lock(mutex);
                              began.push_back(request.payload.to_string());

@@ -4,6 +4,7 @@
 
 #include <boost/asio/post.hpp>
 #include <future>
+#include <initializer_list>
 
 #include "server/kinds/beams/record.h"
 #include "tests/server/support/running_server.h"
@@ -33,11 +34,15 @@ struct ServerService : ::testing::Test {
     hub.transport.stop();
     hub.session_pool.join();
     hub.request_pool.join();
+    hub.patient_request_pool.join();
   }
-  void hold() {
+  void hold() { hold({&hub.request_pool, &hub.patient_request_pool}); }
+  void hold(std::initializer_list<boost::asio::thread_pool*> pools) {
     const std::shared_future<void> opened = gate.get_future().share();
-    for (int i = 0; i < hub.options.request_threads; ++i)
-      boost::asio::post(hub.request_pool, [opened] { opened.wait(); });
+    for (boost::asio::thread_pool* pool : pools) {
+      for (int i = 0; i < hub.options.request_threads; ++i)
+        boost::asio::post(*pool, [opened] { opened.wait(); });
+    }
     held = true;
   }
   void release() {
@@ -153,6 +158,49 @@ TEST_F(ServerService, EditsOfLargeStructuresAreForThePool) {
   EXPECT_TRUE(reply.has_edit()) << reply.ShortDebugString();
 }
 
+proto::Request validation() {
+  proto::Request request;
+  *request.mutable_validate_scene()->mutable_scene() = small_scene();
+  return request;
+}
+
+proto::Request geometry_of(const std::string& session) {
+  proto::Request request;
+  request.mutable_get_geometry()->set_session(session);
+  return request;
+}
+
+TEST_F(ServerService, PatientRequestsHoldUpNoOthers) {
+  open_and_solve(client, "s");
+  hold({&hub.patient_request_pool});
+  client.send(validation());
+  proto::Request save;
+  save.mutable_save_session()->set_session("s");
+  client.send(save);
+  ASSERT_TRUE(open_requests_become(2));
+  EXPECT_TRUE(client.call(geometry_of("s")).has_get_geometry());
+  EXPECT_TRUE(client.call(long_edit("s")).has_edit());
+  EXPECT_EQ(hub.open_requests.total(), 2U);
+  release();
+  EXPECT_TRUE(client.receive() && client.receive()) << "their turn comes";
+}
+
+TEST_F(ServerService, PatientRequestsBehindEditsOfTheirSessionFindThemMade) {
+  open_and_solve(client, "s");
+  hold({&hub.request_pool});
+  EXPECT_TRUE(client.call(validation()).has_validate_scene()) << "it is behind none";
+  client.send(long_edit("s"));
+  proto::Request save;
+  save.mutable_save_session()->set_session("s");
+  const std::uint64_t behind = client.send(save);
+  ASSERT_TRUE(open_requests_become(2));
+  release();
+  const auto first = client.receive(), second = client.receive();
+  ASSERT_TRUE(first && second);
+  EXPECT_TRUE(first->has_edit());
+  EXPECT_EQ(second->id(), behind);
+}
+
 struct ServerServiceWithFewRequests : ServerService {
   static ServerOptions few() {
     ServerOptions options = test_options();
@@ -164,9 +212,7 @@ struct ServerServiceWithFewRequests : ServerService {
 
 TEST_F(ServerServiceWithFewRequests, ARequestRefusedForLoadMayComeAgainUnderItsId) {
   hold();
-  proto::Request validate;
-  *validate.mutable_validate_scene()->mutable_scene() = small_scene();
-  for (int i = 0; i < 4; ++i) client.send(validate);
+  for (int i = 0; i < 4; ++i) client.send(validation());
   const std::string open = bytes_of(open_request(small_scene(), "s"), 1'000'001, "a client");
   client.send_bytes(open);
   const auto refused = client.receive();

@@ -75,6 +75,19 @@ TEST(Arrays, ShapesWhoseProductOverflows) {
   EXPECT_EQ(tets(array_of(proto::DATA_TYPE_INT32, {1ull << 40, 0}, "")), "a.shape[1]");
 }
 
+TEST(Arrays, ExtentsBeyondAnIntAreRefusedThoughThereAreNoNumbers) {
+  for (const std::uint64_t extent : {1ull << 31, 1ull << 32, 1ull << 63, ~0ull}) {
+    EXPECT_EQ(field_of([&] {
+                (void)decode_matrix(array_of(proto::DATA_TYPE_FLOAT64, {0, extent}, ""), "a");
+              }),
+              "a.shape[1]");
+    EXPECT_EQ(field_of([&] {
+                (void)decode_matrix(array_of(proto::DATA_TYPE_FLOAT64, {extent, 0}, ""), "a");
+              }),
+              extent > (1ull << 60) ? "a.shape" : "a.shape[0]");  // too many bytes to count
+  }
+}
+
 TEST(Arrays, NotANumberIsNamedByItsPlace) {
   const auto array = array_of(proto::DATA_TYPE_FLOAT32, {2, 3},
                               bytes_of(std::vector<float>{0, 1, 2, 3, std::nanf(""), 5}));

@@ -72,6 +72,34 @@ TEST(WireCheck, NumbersThatAreNotFinite) {
   }
 }
 
+TEST(WireCheck, NumbersThatTheirFieldCannotHold) {
+  // protobuf would read 2^32 as 0.
+  for (const std::uint64_t value : {1ull << 32, (1ull << 32) + 7, ~0ull}) {
+    proto::Request request;
+    auto* add = request.mutable_edit()->add_edits()->mutable_hold_beam_node();
+    add->GetReflection()->MutableUnknownFields(add)->AddVarint(1, value);
+    const Refusal refusal = refusal_of(request.SerializeAsString());
+    EXPECT_EQ(refusal.code(), proto::ERROR_CODE_INVALID_ARGUMENT);
+    EXPECT_EQ(refusal.field(), "edits[0].hold_beam_node.node");
+    EXPECT_THAT(refusal.what(), HasSubstr(std::to_string(value) + " does not fit 32 bits"));
+  }
+  proto::Request request;
+  auto* given = request.mutable_edit()->add_edits()->mutable_hold_beam_node();
+  given->set_node(std::numeric_limits<std::uint32_t>::max());
+  EXPECT_NO_THROW(check_wire(request.SerializeAsString(), request_type()));
+}
+
+TEST(WireCheck, EnumValuesBeyond32Bits) {
+  proto::Request request = edit_with_two();
+  auto* constraint = request.mutable_edit()->mutable_edits(1)->mutable_add()->mutable_constraint();
+  constraint->clear_axes();
+  constraint->GetReflection()
+      ->MutableUnknownFields(constraint)
+      ->AddVarint(proto::Constraint::kAxesFieldNumber, (1ull << 32) + 1);
+  EXPECT_THAT(refusal_of(request.SerializeAsString()).what(),
+              HasSubstr("4294967297 is no value of Axis"));
+}
+
 TEST(WireCheck, TextsWithZeroBytes) {
   proto::Request request = open_request(small_scene());
   auto& file = *request.mutable_open_session()->mutable_scene()->mutable_mesh()->mutable_file();

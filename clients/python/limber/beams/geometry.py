@@ -15,7 +15,7 @@ from ..messages import service
 class BeamGeometry:
     """What stays the same for all shapes of a structure of beams."""
 
-    rest: np.ndarray      # nodes x 3, float32, as drawn [m]
+    rest: np.ndarray      # nodes x 3, float32, or float64 far from the origin, as drawn [m]
     elements: np.ndarray  # elements x 2, int32: their nodes
     basis_hash: str = field(default="")  # frames of beams have no basis
 
@@ -29,8 +29,8 @@ class BeamGeometry:
         return coordinates.reshape(len(coordinates), -1, 7)
 
     def positions(self, coordinates: np.ndarray) -> np.ndarray:
-        """frames x nodes x 3 float32 [m]"""
-        return np.array(self._shapes(coordinates)[:, :, :3], dtype=np.float32)
+        """frames x nodes x 3 [m], in the type of the coordinates"""
+        return np.array(self._shapes(coordinates)[:, :, :3])
 
     def rotations(self, coordinates: np.ndarray) -> np.ndarray:
         """frames x nodes x 4 float32: quaternions w, x, y, z from rest"""

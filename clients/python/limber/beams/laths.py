@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import checks
 from ..errors import LimberError, invalid
-from ..laths import UNITS, Hole, Lath, Laths, crossed, runs
+from ..laths import UNITS, Hole, Lath, Laths, crossed, drilled, runs
 from .surfaces import section_axes, turned
 
 if TYPE_CHECKING:
@@ -19,11 +19,10 @@ if TYPE_CHECKING:
 STRAIGHT = 15.0  # turn at a node up to which two elements are one member [degree]
 
 
-def of(session: "BeamSession", unit: str, overhang: float, straight: float) -> Laths:
+def of(session: "BeamSession", unit: str, overhang: float | None, straight: float, hole: float | None,
+       edge_distance: float) -> Laths:
     """Members as drawn, with the stresses of the newest equilibrium."""
     checks.one_of(unit, UNITS, "unit")
-    if not 0 <= checks.real(overhang, "overhang") < np.inf:
-        raise invalid("overhang", f"overhang must be >= 0, is {overhang}")
     if not 0 <= checks.real(straight, "straight") <= 180:
         raise invalid("straight", f"straight must be in [0, 180] degrees, is {straight}")
     solution, scene = session.solution(), session.scene()
@@ -40,18 +39,19 @@ def of(session: "BeamSession", unit: str, overhang: float, straight: float) -> L
     for number, (elements, at_nodes) in enumerate(members(nodes, pairs, kinds, straight)):
         section = structure.sections[kinds[elements[0]][0]]
         width, height, words = _size(section, scale)
-        at = overhang + np.concatenate([[0.0], np.cumsum(rests[list(elements)])])
-        cuts = (0.0, *at[1:-1].tolist(), float(at[-1]) + overhang)
+        at = np.concatenate([[0.0], np.cumsum(rests[list(elements)])])
         bent = _bent(elements, at_nodes, structure, pairs, solution)
         holes = tuple(Hole(int(node), float(where), (), float("nan"), side / scale, normal / scale, float("nan"))
                       for node, where, (side, normal) in zip(at_nodes, at, bent))
-        made.append(Lath(number=number, parts=elements, length=cuts[-1], cuts=cuts,
+        made.append(Lath(number=number, parts=elements, length=float(at[-1]), cuts=tuple(at.tolist()),
                          widths=(width,) * len(elements), heights=(height,) * len(elements), holes=holes,
                          closed=at_nodes[0] == at_nodes[-1], largest_stress=float(solution.stresses[list(elements)].max()),
                          section=words))
+    joined, diameter, apart = drilled(_joined(made, solution.positions), overhang, hole, edge_distance)
     sections = {lath.section for lath in made}
-    return Laths(name=scene.name, unit=unit, section=sections.pop() if len(sections) == 1 else "", laths=_joined(made, solution.positions),
-                 youngs_modulus=structure.sections[0].young, revision=session.status().revision, converged=solution.converged)
+    return Laths(name=scene.name, unit=unit, section=sections.pop() if len(sections) == 1 else "", laths=joined,
+                 youngs_modulus=structure.sections[0].young, hole=diameter, edge_distance=apart,
+                 revision=session.status().revision, converged=solution.converged)
 
 
 def members(nodes: np.ndarray, pairs: np.ndarray, kinds: "list[Any]",

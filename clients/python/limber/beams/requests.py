@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Iterable
 
 from .. import checks
+from ..open_session import warn_of_snaps
 from ..progress import ProgressOption
 from ..server_core import ServerCore
 from . import solutions
@@ -16,7 +17,7 @@ class BeamRequests(ServerCore):
     """Of a server, what is of structures of beams alone."""
 
     def solve_beams(self, structure: BeamsLike, *, method: str = "choose", tolerance: float | None = None,
-                    files: Iterable[str] = (), stem: str = "", shapes: int = 0, follow: bool = False,
+                    files: Iterable[str] = (), stem: str = "", shapes: int = 0, follow: bool = False, stations: int = 11,
                     progress: ProgressOption = None, timeout: float = 3600.0) -> BeamSolution:
         """The equilibrium of a structure of beams: shape, reactions, forces, stresses, energies, and how it ended. What
         is not in balance is an answer too: see its status.
@@ -26,14 +27,17 @@ class BeamRequests(ServerCore):
         "relaxation_then_newton"; tolerance: largest force over forces present (1e-8, of relaxation 1e-6); files: of
         "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many along the path are kept;
         follow: Newton's method stays on the branch of equilibria where temporary loads push, too (without them "choose"
-        does); answer.snaps tells where it ends.
-        Warns (limber.StrengthWarning) where a stress is beyond the yield stress.
+        does); answer.snaps tells where it ends; stations: of answer.along() on each element, 2 to 201, 0: none.
+        Warns (limber.StrengthWarning) where a stress is beyond the yield stress, and (limber.SnapWarning) where the structure
+        snapped on its way.
         Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
         """
         checks.seconds(timeout, "timeout")
         request = solutions.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes,
-                                follow=follow)
+                                    follow=follow, stations=stations)
         response = self.connection.call("solve_beams", request, timeout=max(60.0, self.connection.timeout))
         solution = solutions.made_of(self._wait_or_cancel(response.job, progress, timeout))
+        if solution.snaps:
+            warn_of_snaps("solve_beams", [str(snap) for snap in solution.snaps], stacklevel=2)
         solutions.warn_of_strength(solution.utilisation, "the structure", stacklevel=2)
         return solution

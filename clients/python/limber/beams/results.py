@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ..messages import service
 from ..results import Result
 from . import solutions
-from .solutions import BeamSnap
+from .solutions import BeamNeutralDirection, BeamSnap
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class BeamResult(Result):
     steps: int = 0              # frames of a final result: shapes along the path, the shape itself last
     snaps: tuple[BeamSnap, ...] = ()
     negative_eigenvalues: int | None = None  # of the stiffness: 0 at a minimum; None where nothing balances
+    neutral_directions: tuple[BeamNeutralDirection, ...] = ()
+    unjudged_elements: tuple[int, ...] = ()  # too long to show how they buckle: their stability is not judged
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "BeamResult":
@@ -36,4 +38,6 @@ class BeamResult(Result):
                           load_factor=more.load_factor, node=more.node if more.HasField("node") else None,
                           utilisation=more.largest_utilisation, largest_bend=more.largest_bend, steps=more.steps,
                           snaps=solutions.snaps_of(more.snaps),
-                          negative_eigenvalues=solutions.negative_eigenvalues_of(more))
+                          negative_eigenvalues=solutions.negative_eigenvalues_of(more),
+                          neutral_directions=solutions.neutral_directions_of(more),
+                          unjudged_elements=tuple(more.unjudged_elements))

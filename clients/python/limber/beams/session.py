@@ -9,7 +9,7 @@ import numpy as np
 from .. import arrays, checks
 from ..edits import Vector
 from ..errors import LimberError, invalid
-from ..laths import Laths
+from ..laths import EDGE_DISTANCE, Laths
 from ..messages import scene as messages
 from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
@@ -95,18 +95,21 @@ class BeamSession(OpenSession):
         """Of the frames: frames x nodes x 4 float32, quaternions w, x, y, z from rest."""
         return self.geometry().rotations(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
 
-    def solution(self) -> BeamSolution:
-        """Positions, reactions, forces, stresses and energies of the newest equilibrium, in full precision. Warns
-        (limber.StrengthWarning) where a stress is beyond the yield stress."""
-        request = service.GetBeamSolutionRequest(session=self.reference)
+    def solution(self, stations: int = 11) -> BeamSolution:
+        """Positions, reactions, forces, stresses and energies of the newest equilibrium, in full precision. stations: of
+        solution.along() on each element, 2 to 201, 0: none. Warns (limber.StrengthWarning) where a stress is beyond the yield
+        stress."""
+        request = service.GetBeamSolutionRequest(session=self.reference, stations=checks.whole(stations, "stations"))
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
         solution = solutions.from_message(response.solution)
         solutions.warn_of_strength(solution.utilisation, f"the structure of session {self.id}", stacklevel=2)
         return solution
 
     def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> BeamResult:
-        """As of every session; warns (limber.StrengthWarning) where a stress of a final result is beyond the yield stress."""
+        """As of every session; warns (limber.StrengthWarning) where a stress of a final result is beyond the yield stress, and once
+        of a result on the way to which the structure snapped (limber.SnapWarning)."""
         result = super().wait(revision, until, timeout)
+        self.warn_of_snaps(result, [str(snap) for snap in result.snaps], stacklevel=2)
         solutions.warn_of_strength(result.utilisation, f"the structure of session {self.id}", stacklevel=2)
         return result
 
@@ -154,8 +157,9 @@ class BeamSession(OpenSession):
         frames = self.geometry().positions(self.frames(encoding="coordinates"))
         return MovingPoints("node", range(frames.shape[1]), frames, PATH_RATE)
 
-    def laths(self, unit: str = "mm", overhang: float = 0.0, straight: float = laths.STRAIGHT) -> Laths:
+    def laths(self, unit: str = "mm", overhang: float | None = None, straight: float = laths.STRAIGHT, *,
+              hole: float | None = None, edge_distance: float = EDGE_DISTANCE) -> Laths:
         """The members that are to be cut, as drawn, with the largest stress of each in the newest equilibrium: elements of one
         section that go on at a node turning by at most `straight` [degree]. unit: of all lengths, "mm", "cm", "m" or "in";
-        overhang: of a member beyond its first and last node [unit]."""
-        return laths.of(self, unit, overhang, straight)
+        hole, overhang, edge_distance: of holes where members meet, as LinkageSession.laths has them."""
+        return laths.of(self, unit, overhang, straight, hole, edge_distance)

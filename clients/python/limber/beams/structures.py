@@ -9,7 +9,7 @@ from typing import Any, Mapping, Union
 
 from google.protobuf import json_format
 
-from .. import checks
+from .. import checks, json_values
 from ..errors import invalid
 from ..files import read
 from ..messages import beam_structure, scene
@@ -62,8 +62,8 @@ def _parse(value: Any, what: str) -> "beam_structure.BeamStructure | scene.MeshF
         raise invalid("structure", f"{what} is no structure: a JSON object is expected")
     try:
         if "beams" in value:
-            return _of_scene(json_format.ParseDict(checks.plain(value), scene.Scene()), what)
-        return json_format.ParseDict(checks.plain(value), beam_structure.BeamStructure())
+            return _of_scene(json_values.parse(value, scene.Scene()), what)
+        return json_values.parse(value, beam_structure.BeamStructure())
     except (json_format.ParseError, TypeError, AttributeError) as error:
         path, why = checks.json_fault(error)
         raise invalid(f"structure{path}", f"{what} is no structure: {why}") from error

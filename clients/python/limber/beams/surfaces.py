@@ -49,7 +49,7 @@ def outline(section: "messages.BeamSection") -> np.ndarray:
 
 def swept(structure: "messages.BeamStructure", positions: np.ndarray,
           rotations: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
-    """Triangles x 3, outward, and their vertices, frames x vertices x 3 float32 [m]: the corners at the start and at the finish
+    """Triangles x 3, outward, and their vertices, frames x vertices x 3 [m], in the type of positions: the corners at the start and at the finish
     of each element, in its order, two elements sharing none.
 
     positions: frames x nodes x 3; rotations: frames x nodes x 4, from how the structure is drawn.
@@ -69,7 +69,7 @@ def swept(structure: "messages.BeamStructure", positions: np.ndarray,
         fan = np.stack([np.zeros(count - 2, dtype=int), i[1:-1], i[2:]], axis=1)
         faces += [first + fan[:, ::-1], first + count + fan]
         first += 2 * count
-    return np.concatenate(faces), np.concatenate(parts, axis=1).astype(np.float32)
+    return np.concatenate(faces), np.concatenate(parts, axis=1).astype(positions.dtype)
 
 
 def counts(structure: "messages.BeamStructure") -> "tuple[np.ndarray, np.ndarray]":

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import arrays
+from .. import arrays, precision
 from ..errors import LimberError
 from ..messages import service
 from ..results import issue_text
@@ -20,7 +20,7 @@ class CarriedSurface:
     """A surface of its own vertices that a body carries along."""
 
     name: str               # of its file
-    vertices: np.ndarray    # at rest, vertices x 3, float32 [length unit], in the file's order
+    vertices: np.ndarray    # at rest, vertices x 3, float32 (far from the origin float64) [length unit], in the file's order
     triangles: np.ndarray   # triangles x 3, int32; polygons are fanned
     nodes: np.ndarray       # vertices x 4, int32: corners of the tet that holds the vertex, or is nearest
     weights: np.ndarray     # vertices x 4, float32; each row's sum is 1
@@ -35,8 +35,11 @@ class CarriedSurface:
             message.outside_distance)
 
     def positions(self, nodes: np.ndarray) -> np.ndarray:
-        """frames x vertices x 3 float32 from frames x nodes x 3, as Session.frames() has them."""
-        return embedding.interpolate(self.nodes, self.weights, np.asarray(nodes, dtype=np.float32))
+        """frames x vertices x 3 from frames x nodes x 3, as Session.frames() has them, in their type."""
+        nodes = np.asarray(nodes)
+        nodes = nodes if nodes.dtype == np.float64 else nodes.astype(np.float32)
+        origin = precision.origin_for(nodes).astype(nodes.dtype)
+        return embedding.interpolate(self.nodes, self.weights, nodes - origin) + origin
 
     def basis(self, basis: np.ndarray) -> np.ndarray:
         """Of the vertices, from a body's: nodes x 3 x h to vertices x 3 x h."""
@@ -54,7 +57,7 @@ class CarriedSurface:
 class Geometry:
     """The mesh as it was sent and the basis of its motion: positions = rest + basis . coordinates."""
 
-    rest: np.ndarray      # nodes x 3, float32 [length unit]
+    rest: np.ndarray      # nodes x 3, float32, or float64 far from the origin [length unit]
     tets: np.ndarray      # tets x 4, int32
     surface: np.ndarray   # triangles x 3, int32, outward
     basis: np.ndarray     # nodes x 3 x h, float32 [length unit]
@@ -81,10 +84,13 @@ class Geometry:
                         basis, message.basis_hash, tuple(issue_text(issue) for issue in message.issues))
 
     def positions(self, coordinates: np.ndarray) -> np.ndarray:
-        """frames x nodes x 3 float32 [length unit] from frames x h coordinates."""
+        """frames x nodes x 3 [length unit] from frames x h coordinates, in the type of `rest`."""
         nodes, _, size = self.basis.shape
         if coordinates.ndim != 2 or coordinates.shape[1] != size:
             raise LimberError("MALFORMED", f"coordinates {coordinates.shape} do not fit a basis of {size} columns")
         moved = coordinates.astype(np.float32) @ self.basis.reshape(3 * nodes, size).T
-        moved += self.rest.reshape(1, 3 * nodes)
+        rest = self.rest.reshape(1, 3 * nodes)
+        if rest.dtype == np.float64:
+            return (moved + rest).reshape(-1, nodes, 3)
+        moved += rest
         return moved.reshape(-1, nodes, 3)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import arrays, morphs
+from .. import arrays, morphs, precision
 from ..errors import LimberError
 from ..messages import service
 from ..player import Played
@@ -29,6 +29,7 @@ def played(session: "Session", tolerance: float, drawn: "tuple[np.ndarray, np.nd
         except LimberError as error:
             if error.code != "FAILED_PRECONDITION":
                 raise
+    positions = precision.relative(positions, precision.origin_for(positions))
     base, targets, weights, _ = morphs.targets_of(positions, 0.8 * tolerance * moving.size, MOST_COLUMNS)
     geometry = service.GetGeometryResponse(rest=arrays.to_message(base, np.float32),
                                            surface=arrays.to_message(faces, np.int32))

@@ -20,7 +20,7 @@ class Recovery:
     """A recovered material and the motion that it continues. Errors are of displacements against those of the base
     motion, relative."""
 
-    positions: np.ndarray      # (frames, nodes, 3), float32 [length unit]: recovered_frames of them, then continued
+    positions: np.ndarray      # (frames, nodes, 3), float32, or float64 far from the origin [length unit]: recovered_frames of them, then continued
     modes: tuple[Mode, ...]    # frequencies and damping; of a free body the six rigid motions (zeros) first
     mixing: np.ndarray         # S, candidate modes x modes: column k is the mixture that mode k is
     recovered_frames: int

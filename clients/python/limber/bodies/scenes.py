@@ -12,7 +12,7 @@ from .. import arrays, checks
 from ..errors import LimberError, invalid
 from ..files import mesh_file, surface_beside, surface_file
 from ..messages import scene as messages
-from . import edits, motions
+from . import edits, mesh_groups, motions
 
 
 def upload_files(scene: "messages.Scene", folder: Path) -> None:
@@ -31,9 +31,14 @@ def upload_files(scene: "messages.Scene", folder: Path) -> None:
 def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
     """A scene from a meshio.Mesh (its tetrahedra; other cells are left out) or the path of a mesh file.
 
-    The options are those of scene_from_arrays. A path is sent as it is and read by the server, with the surface that is
+    The options are those of scene_from_arrays, and `materials`: by names of groups (physical groups, element sets) pairs or
+    triples of Young's modulus [Pa], Poisson's ratio and density [kg/m^3]. Of a meshio.Mesh the cell data youngs_modulus,
+    poissons_ratio and density are the materials of its tets; groups that get no material are a limber.MaterialWarning. With
+    `materials`, a path is read by the Python package meshio. Otherwise a path is sent as it is and read by the server, with the surface that is
     kept beside it, STEM.surface.obj, .ply or .stl.
     """
+    if isinstance(mesh, (str, os.PathLike)) and options.get("materials"):
+        mesh = mesh_groups.read(mesh)
     if isinstance(mesh, (str, os.PathLike)):
         scene = _scene(**options)
         scene.mesh.file.CopyFrom(mesh_file(mesh))
@@ -48,7 +53,10 @@ def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
     if not tets:
         kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "nothing"
         raise invalid("mesh", f"this mesh has no tetrahedra (cells of type tetra); it has {kinds}")
-    return scene_from_arrays(mesh.points, np.concatenate(tets), **options)
+    materials = options.pop("materials", None)
+    scene = scene_from_arrays(mesh.points, np.concatenate(tets), **options)
+    mesh_groups.add_materials(scene, mesh, materials)
+    return scene
 
 
 def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene":

@@ -245,14 +245,15 @@ class Session(OpenSession):
                                               basis_hash=basis_hash)
         message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
         geometry = Geometry.from_message(message, known)
-        cache[geometry.basis_hash] = (self.id, geometry)
+        # Bodies of one shape have one basis, wherever they are: the rest shape is the session's own.
+        cache[self.id, geometry.basis_hash] = (self.id, geometry)
         return geometry
 
     def geometry_for(self, frames: "service.Frames") -> Geometry | None:
         """What decode() needs for these frames."""
         if frames.encoding != service.ENCODING_COORDINATES:
             return None
-        cached = self.server.geometry_cache.get(frames.basis_hash)
+        cached = self.server.geometry_cache.get((self.id, frames.basis_hash))
         return cached[1] if cached else self.geometry(frames.basis_hash)
 
     def carried_surface(self) -> CarriedSurface:

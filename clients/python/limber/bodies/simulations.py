@@ -23,7 +23,7 @@ PART_BYTES = 2 << 20  # of one answer: frames of a large motion are fetched in s
 class Simulation:
     """A simulated motion and how it went."""
 
-    positions: np.ndarray  # (frames, nodes, 3), float32 [length unit]
+    positions: np.ndarray  # (frames, nodes, 3), float32, or float64 far from the origin [length unit]
     kinetic: np.ndarray  # energy in every frame [J]
     elastic: np.ndarray  # [J]
     work: np.ndarray  # done by the loads from frame 0 on [J]
@@ -106,7 +106,7 @@ def fetch_positions(job: int, frames: int, part_bytes: int,
     begin = part(0, min(step, frames))
     if nodes is None:
         step = max(1, part_bytes // max(1, 12 * begin.shape[1]))
-    positions = np.empty((frames, *begin.shape[1:]), np.float32)
+    positions = np.empty((frames, *begin.shape[1:]), begin.dtype)
     positions[:len(begin)] = begin
     for first in range(len(begin), frames, step):
         count = min(step, frames - first)

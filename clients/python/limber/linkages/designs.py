@@ -72,12 +72,20 @@ class Erection:
     push: dict[int, tuple[float, float, float]]  # forces at joints [N], removed at the end; {}: it opens by itself
     path: tuple[float, ...]  # mean angles from flat [degree]
     distance: float          # of the shape it leads to from the designed one, root mean square of joints [length unit]
+    moments: tuple[float, ...] = ()  # at each angle of path: on every joint, to hold it [N m]; > 0 opens. The last: without push
+    # The joint that is held while the linkage is pushed, by its pin or for that time, and the greatest force [N] and moment [N m] there.
+    support: "tuple[int, tuple[float, float, float], tuple[float, float, float]] | None" = None
 
     @staticmethod
     def from_message(erection: "scene_messages.LinkageErection") -> "Erection":
         return Erection(erection.mean_angle_degrees,
                         {load.joint: (load.force.x, load.force.y, load.force.z) for load in erection.push},
-                        tuple(erection.path_degrees), erection.distance)
+                        tuple(erection.path_degrees), erection.distance, tuple(erection.path_moments),
+                        _support(erection.support) if erection.HasField("support") else None)
+
+
+def _support(load: "scene_messages.JointLoad") -> "tuple[int, tuple[float, float, float], tuple[float, float, float]]":
+    return load.joint, (load.force.x, load.force.y, load.force.z), (load.moment.x, load.moment.y, load.moment.z)
 
 
 @dataclass(frozen=True)
@@ -111,7 +119,8 @@ class DesignInfo:
     placement: Placement    # of the surface
     flat_angle: float | None  # mean angle that the flat shape is held at [degree]; None: nothing holds it
     least_cover: float      # required share of the start's area of cells
-    erection: Erection | None  # how the best shape is opened from flat; None: not ended, or no path was found (message)
+    erection: Erection | None  # how the best shape is opened from flat; None: not ended, or no path is known
+    no_erection: str        # why no path is known; "": not ended, or erection is one
 
     @staticmethod
     def from_message(info: "messages.DesignInfo") -> "DesignInfo":
@@ -125,7 +134,8 @@ class DesignInfo:
                           info.refusal, tuple(OtherOptimum.from_message(other) for other in info.other_optima),
                           Placement.from_message(info.placement),
                           info.flat_angle_degrees if info.HasField("flat_angle_degrees") else None, info.least_cover,
-                          Erection.from_message(info.erection) if info.HasField("erection") else None)
+                          Erection.from_message(info.erection)
+                          if info.HasField("erection") and not info.erection.failure else None, info.erection.failure)
 
 
 class Design:

@@ -9,7 +9,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from .. import checks
-from ..errors import LimberError, invalid
+from ..errors import invalid, of_file
 from . import surfaces
 from .goals import surface_arrays
 from .shapes import Shape
@@ -79,7 +79,7 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
     try:
         target.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+        raise of_file(error, f"{target} cannot be written", "path") from error
 
 
 def _surface(surface: Any) -> "tuple[np.ndarray, np.ndarray | None]":

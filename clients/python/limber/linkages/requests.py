@@ -53,8 +53,8 @@ class LinkageRequests(ServerCore):
         """
         if grid.push.size == 0:
             raise invalid("grid", "make the grid with section=, so that it is known what pushes it to its side")
-        if options.get("stiff_axis", "d1") != "d1":
-            raise invalid("stiff_axis", "grids leave their plane with rods that are stiffer sideways, which is d1")
+        if options.get("stiff_axis", "as_given") == "d2":
+            raise invalid("stiff_axis", "grids leave their plane with rods that are stiffer sideways, which d2 is not")
         scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment, **options)
         linkage = scene.linkage
         linkage.conditions.mean_angle_degrees = linkage.erection.mean_angle_degrees = grid.mean_angle

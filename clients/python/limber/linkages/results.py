@@ -24,6 +24,9 @@ class LinkageStep:
     # "limit_point": it ended, "jump": it was lost; the shape jumped to another.
     event: str
 
+    def __str__(self) -> str:
+        return f"at {100 * self.progress:.4g} % of the path, near a mean angle of {self.mean_angle:.4g} degrees"
+
 
 @dataclass(frozen=True)
 class LinkageResult(Result):
@@ -45,6 +48,11 @@ class LinkageResult(Result):
     def events(self) -> tuple[LinkageStep, ...]:
         """Where along the path the branch of equilibria changed."""
         return tuple(step for step in self.path if step.event)
+
+    @property
+    def snaps(self) -> tuple[LinkageStep, ...]:
+        """Those of the events at which the shape jumped to another."""
+        return tuple(step for step in self.path if step.event in ("limit_point", "jump"))
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "LinkageResult":

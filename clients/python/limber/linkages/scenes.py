@@ -13,7 +13,7 @@ from ..errors import invalid
 from ..files import mesh_file
 from ..messages import scene as messages
 
-STIFF_AXES = {"d1": messages.STIFF_AXIS_D1, "d2": messages.STIFF_AXIS_D2}
+STIFF_AXES = {"as_given": messages.STIFF_AXIS_AS_GIVEN, "d1": messages.STIFF_AXIS_D1, "d2": messages.STIFF_AXIS_D2}
 BENDING = {"material_frames": messages.ROD_BENDING_MATERIAL_FRAMES,
            "averaged_frames": messages.ROD_BENDING_AVERAGED_FRAMES,
            "turning_angle": messages.ROD_BENDING_TURNING_ANGLE}
@@ -21,16 +21,17 @@ REST_LENGTHS = {"as_drawn": messages.REST_LENGTHS_AS_DRAWN, "least_stress": mess
 
 
 def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",
-                  edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "turning_angle",
+                  edges_per_segment: int | None = None, stiff_axis: str = "as_given", bending: str = "turning_angle",
                   rest_lengths: str = "as_drawn", length_unit_in_metres: float | None = None,
                   youngs_modulus: float | None = None, poissons_ratio: float | None = None,
-                  density: float | None = None, tolerance: float | None = None) -> "messages.Scene":
+                  density: float | None = None, tolerance: float | None = None, normals: Any = None) -> "messages.Scene":
     """A scene of a rod linkage: vertices (n x 3, length unit) and edges (m x 2, vertex ids from 0), or the path of an
     .obj file with lines.
 
     section: the shape of the rods and its dimensions, e.g. {"rectangle": (width, height)} or {"tube": {"diameter": 0.02,
     "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon.
-    stiff_axis: "d1" (bending sideways is the stiffer) or "d2". bending: "material_frames", "averaged_frames" or
+    stiff_axis: "as_given" (a width lies in the surface, a height stands on it), "d1" (the stiffer axis lies in the
+    surface: bending sideways is the stiffer) or "d2". normals: n x 3, of the surface at the vertices. bending: "material_frames", "averaged_frames" or
     "turning_angle". rest_lengths: "as_drawn", or "least_stress": those for which the linkage as drawn has least elastic
     energy. tolerance: positions are to be off by at most this share of the linkage's size by its discretisation; without
     edges_per_segment, as many are chosen as that takes. What is not given has the server's default.
@@ -45,6 +46,8 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
         pairs = checks.numeric(edges, "linkage.lines.arrays.edges")
         linkage.lines.arrays.vertices.CopyFrom(arrays.to_message(points, np.float64))
         linkage.lines.arrays.edges.CopyFrom(arrays.to_message(pairs, np.int32))
+    if normals is not None:
+        linkage.normals.CopyFrom(arrays.to_message(checks.numeric(normals, "linkage.normals"), np.float64))
     put_section(section, linkage.section)
     if edges_per_segment is not None:
         linkage.edges_per_segment = checks.whole(edges_per_segment, "edges_per_segment")

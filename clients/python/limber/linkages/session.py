@@ -9,7 +9,7 @@ import numpy as np
 from .. import arrays, checks
 from ..edits import vector
 from ..errors import LimberError, invalid
-from ..laths import Laths
+from ..laths import EDGE_DISTANCE, Laths
 from ..messages import scene as messages
 from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
@@ -66,6 +66,12 @@ class LinkageSession(OpenSession):
 
     def result_of(self, info: "service.ResultInfo") -> LinkageResult:
         return LinkageResult.from_message(info)
+
+    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> LinkageResult:
+        """As of every session; warns once of a result on the way to which the linkage snapped (limber.SnapWarning)."""
+        result = super().wait(revision, until, timeout)
+        self.warn_of_snaps(result, [str(snap) for snap in result.snaps], stacklevel=2)
+        return result
 
     def scene(self) -> "messages.Scene":
         """The scene as edited, without lines that were sent."""
@@ -293,12 +299,15 @@ class LinkageSession(OpenSession):
         """Reactions, forces, moments and stresses of the newest equilibrium. yield_stress: [Pa], for utilisations."""
         return solutions.of(self, yield_stress)
 
-    def laths(self, unit: str = "mm", overhang: float = 0.0) -> Laths:
+    def laths(self, unit: str = "mm", overhang: float | None = None, *, hole: float | None = None,
+              edge_distance: float = EDGE_DISTANCE) -> Laths:
         """What is to be cut: the rods with their holes, and what they are bent to in the newest equilibrium.
 
-        unit: of all lengths, "mm", "cm", "m" or "in"; overhang: of a lath beyond its first and last hole [unit].
+        unit: of all lengths, "mm", "cm", "m" or "in"; hole: diameter of all holes [unit], a fifth of the narrowest lath's
+        width by default, at most half of it; overhang: of a lath beyond the middles of its first and last hole [unit],
+        edge_distance diameters by default; ends that are drawn longer stay so.
         """
-        return laths.of(self, unit, overhang)
+        return laths.of(self, unit, overhang, hole, edge_distance)
 
 
 def _id(target: Any) -> int:

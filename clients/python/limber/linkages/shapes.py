@@ -22,6 +22,15 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class Rod:
+    """Segments that go on in each other at joints: the same in every shape."""
+
+    segments: tuple[int, ...]   # in order along the rod
+    reversed: tuple[bool, ...]  # of each: it runs from its last end to its first
+    closed: bool                # a ring: the last segment goes on in the first
+
+
+@dataclass(frozen=True)
 class LinkageGeometry:
     """What stays the same for all shapes of a linkage, until it is cut into more edges for its tolerance."""
 
@@ -32,6 +41,8 @@ class LinkageGeometry:
     outline: np.ndarray            # of the section, corners x 2, in (d1, d2) [length unit]
     surface: np.ndarray            # triangles x 3, outward, of the swept surface
     nodes: int                     # of the swept surface
+    rods: tuple[Rod, ...] = ()   # every segment is in one
+    mixed_angles: bool = False     # what opens one joint closes the next: there is no mean angle to ask for
     basis_hash: str = field(default="")  # of the edges: frames say by theirs which ones they are of
 
     @staticmethod
@@ -40,7 +51,9 @@ class LinkageGeometry:
         geometry = LinkageGeometry(
             made.coordinates, tuple(made.edges), arrays.to_numpy(made.joints_of_segment, "joints_of_segment"),
             np.array(made.vertex_of_joint, dtype=np.int64), arrays.to_numpy(made.outline, "outline"),
-            arrays.to_numpy(message.surface, "surface"), made.surface_nodes, message.basis_hash)
+            arrays.to_numpy(message.surface, "surface"), made.surface_nodes,
+            tuple(Rod(tuple(rod.segments), tuple(rod.reversed), rod.closed) for rod in made.rods), made.mixed_angles,
+            message.basis_hash)
         numbers = sum(6 * edges + 3 for edges in geometry.edges) + len(geometry.vertex_of_joint)
         if numbers != geometry.coordinates:
             raise LimberError("MALFORMED", f"a shape of {geometry.coordinates} numbers, its parts have {numbers}")
@@ -52,14 +65,14 @@ class LinkageGeometry:
         return [self._shape(row) for row in coordinates]
 
     def positions(self, coordinates: np.ndarray) -> np.ndarray:
-        """Nodes of the swept surface, frames x nodes x 3 float32 [length unit]."""
+        """Nodes of the swept surface, frames x nodes x 3 [length unit], in the type of the coordinates."""
         self._check(coordinates)
         frames, at, parts = len(coordinates), 0, []
-        outline = self.outline.astype(np.float32)
+        outline = self.outline.astype(coordinates.dtype)
         for edges in self.edges:
             size = 3 * (edges + 1)
-            x = coordinates[:, at:at + size].reshape(frames, edges + 1, 3).astype(np.float32)
-            d = coordinates[:, at + size:at + size + 3 * edges].reshape(frames, edges, 3).astype(np.float32)
+            x = coordinates[:, at:at + size].reshape(frames, edges + 1, 3)
+            d = coordinates[:, at + size:at + size + 3 * edges].reshape(frames, edges, 3)
             at += size + 3 * edges
             before, after = np.maximum(np.arange(edges + 1) - 1, 0), np.minimum(np.arange(edges + 1), edges - 1)
             edge_tangents = _unit(np.diff(x, axis=1))
@@ -69,7 +82,17 @@ class LinkageGeometry:
             d2 = np.cross(t, d1)
             ring = (x[:, :, None] + outline[:, :1] * d1[:, :, None] + outline[:, 1:] * d2[:, :, None])
             parts.append(ring.reshape(frames, -1, 3))
-        return np.concatenate(parts, axis=1).astype(np.float32)
+        return np.concatenate(parts, axis=1).astype(coordinates.dtype)
+
+    def moved(self, coordinates: np.ndarray, by: np.ndarray) -> np.ndarray:
+        """Coordinates of the shapes after a translation [length unit]."""
+        self._check(coordinates)
+        result, at = coordinates.astype(float), 0
+        for edges in self.edges:
+            size = 3 * (edges + 1)
+            result[:, at:at + size] += np.tile(by, edges + 1)
+            at += size + 3 * edges
+        return result
 
     def _check(self, coordinates: np.ndarray) -> None:
         if coordinates.ndim != 2 or coordinates.shape[1] != self.coordinates:
@@ -77,7 +100,7 @@ class LinkageGeometry:
 
     def _shape(self, row: np.ndarray) -> Shape:
         at, lines, directors = 0, [], []
-        joints = np.full((len(self.vertex_of_joint), 3), np.nan, dtype=np.float32)
+        joints = np.full((len(self.vertex_of_joint), 3), np.nan, dtype=row.dtype)
         for edges, ends in zip(self.edges, self.joints_of_segment):
             size = 3 * (edges + 1)
             line = row[at:at + size].reshape(-1, 3)

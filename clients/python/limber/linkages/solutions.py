@@ -10,8 +10,7 @@ import numpy as np
 
 from .. import checks, exports
 from ..errors import LimberError, invalid
-from ..messages import scene as messages
-from . import sections, statics
+from .shapes import Rod
 
 if TYPE_CHECKING:
     from .session import LinkageSession
@@ -35,13 +34,16 @@ class LinkageSolution:
     positions: np.ndarray        # joints x 3
     normals: np.ndarray          # joints x 3, unit: the axes of the joints
     angles: np.ndarray           # (joints,) opening angles
+    # Forces are those that the solver balances: the sum of reactions, loads, springs and weights is zero to its tolerance.
     reaction_forces: np.ndarray  # joints x 3: what pins do to the joints whose motion they hold; 0 elsewhere
     reaction_moments: np.ndarray  # joints x 3, about the joint
     loads: np.ndarray            # joints x 3: forces of conditions
-    spring_forces: np.ndarray    # targets x 3: what each spring does to the linkage
+    spring_forces: np.ndarray    # targets x 3: what each spring does to the linkage; where converged is false, springs of its path
+    spring_points: np.ndarray    # the same x 3: where it acts
     weights: np.ndarray          # segments x 3
-    unbalanced_forces: np.ndarray  # joints x 3: what is left at joints that nothing holds, by the rods' discretisation
+    unbalanced_forces: np.ndarray  # joints x 3: what the solver's tolerance leaves at joints that nothing holds
     joints_of_segment: np.ndarray  # segments x 2; -1: a free end
+    rods: tuple[Rod, ...]        # every segment is in one
     rest_lengths: np.ndarray     # (segments,) between their ends
     lengths: np.ndarray          # (segments,)
     section_scales: np.ndarray   # (segments,)
@@ -74,17 +76,16 @@ def of(session: "LinkageSession", yield_stress: float | None = None) -> LinkageS
     for _ in range(8):
         (content,) = exports.fetch(session, "json").values()
         shape = json.loads(content)
-        scene = session.scene()
         if int(shape["revision"]) == session.status().revision:
-            return from_json(shape, scene, yield_stress)
+            return from_json(shape, yield_stress)
         session.wait(session.status().revision)
     raise LimberError("FAILED_PRECONDITION", "other clients edit this linkage faster than it settles")
 
 
-def from_json(shape: "dict[str, Any]", scene: "messages.Scene", yield_stress: float | None = None) -> LinkageSolution:
-    """shape: as the export `json` has it, of this scene and its conditions."""
+def from_json(shape: "dict[str, Any]", yield_stress: float | None = None) -> LinkageSolution:
+    """shape: as the export `json` has it."""
     unit = float(shape["length_unit_in_metres"])
-    joints, segments = shape["joints"], shape["segments"]
+    joints, segments, springs = shape["joints"], shape["segments"], shape["springs"]
     first = np.concatenate([[0], np.cumsum([len(segment["stations"]["position"]) for segment in segments])])
     points, directors = (_rows(segments, name, 3) for name in ("position", "director_1"))
     field = {name: _rows(segments, name) for name in FIELDS}
@@ -94,35 +95,6 @@ def from_json(shape: "dict[str, Any]", scene: "messages.Scene", yield_stress: fl
                      dtype=np.int32).reshape(-1, 2)
     rests, lengths, scales = (np.array([segment[name] for segment in segments], dtype=float)
                               for name in ("rest_length", "length", "section_scale"))
-    positions = np.array([joint["position"] for joint in joints], dtype=float).reshape(-1, 3)
-
-    linkage = scene.linkage
-    conditions = linkage.conditions
-    per_metre = linkage.material.density * sections.area(linkage.section) * unit ** 2
-    weights = (rests * unit * scales ** 2 * per_metre)[:, None] * _vector(conditions.gravity)
-    springs, pulls = _springs(conditions, positions, points, first, unit)
-    end_forces, end_moments = np.zeros((len(segments), 2, 3)), np.zeros((len(segments), 2, 3))
-    for s in range(len(segments)):
-        at = slice(first[s], first[s + 1])
-        found = statics.end_forces(points[at] * unit, directors[at], field["axial_force"][at], bending[at],
-                                   field["torque"][at], weights[s] / max(lengths[s] * unit, 1e-300), pulls.get(s, []))
-        end_forces[s], end_moments[s] = found[:2], found[2:]
-
-    forces, moments, loads = (np.zeros((len(joints), 3)) for _ in range(3))
-    for end in (0, 1):
-        joined = pairs[:, end] >= 0
-        np.add.at(forces, pairs[joined, end], end_forces[joined, end])
-        np.add.at(moments, pairs[joined, end], end_moments[joined, end])
-    for load in conditions.loads:
-        loads[load.joint] += _vector(load.force)
-        moments[load.joint] += _vector(load.moment)
-    forces += loads
-    for target, spring in zip(conditions.targets, springs):
-        if target.WhichOneof("at") == "joint":
-            forces[target.joint] += spring
-    held = np.zeros(len(joints), dtype=bool)
-    for pin in conditions.pins:
-        held[pin.joint] = pin.held in (messages.HELD_MOTION, messages.HELD_MOTION_AND_ANGLE, messages.HELD_UNSPECIFIED)
 
     von_mises = field["von_mises_stress"]
     normal = np.abs(normal_stresses).max(axis=1)
@@ -131,17 +103,25 @@ def from_json(shape: "dict[str, Any]", scene: "messages.Scene", yield_stress: fl
     return LinkageSolution(
         revision=int(shape["revision"]), converged=not shape["solve_failed"],
         energy=sum(shape["energy"][name] for name in ("stretching", "bending", "twisting")),
-        mean_angle=float(shape["mean_opening_angle"]), length_unit_in_metres=unit, positions=positions,
-        normals=np.array([joint["normal"] for joint in joints], dtype=float).reshape(-1, 3),
-        angles=np.array([joint["opening_angle"] for joint in joints], dtype=float),
-        reaction_forces=np.where(held[:, None], -forces, 0.0), reaction_moments=np.where(held[:, None], -moments, 0.0),
-        loads=loads, spring_forces=springs, weights=weights, unbalanced_forces=np.where(held[:, None], 0.0, forces),
-        joints_of_segment=pairs, rest_lengths=rests, lengths=lengths, section_scales=scales, end_forces=end_forces,
-        end_moments=end_moments, first=first, points=points, directors=directors, axial_strains=field["axial_strain"],
+        mean_angle=float(shape["mean_opening_angle"]), length_unit_in_metres=unit, positions=_vectors(joints, "position"),
+        normals=_vectors(joints, "normal"), angles=np.array([joint["opening_angle"] for joint in joints], dtype=float),
+        reaction_forces=_vectors(joints, "reaction_force"), reaction_moments=_vectors(joints, "reaction_moment"),
+        loads=_vectors(joints, "load"), spring_forces=_vectors(springs, "force"), spring_points=_vectors(springs, "point"),
+        weights=_vectors(segments, "weight"), unbalanced_forces=_vectors(joints, "unbalanced_force"),
+        joints_of_segment=pairs, rods=tuple(Rod(tuple(rod["segments"]), tuple(rod["reversed"]), rod["closed"])
+                                            for rod in shape["rods"]),
+        rest_lengths=rests, lengths=lengths, section_scales=scales,
+        end_forces=_vectors(segments, "end_forces", 2), end_moments=_vectors(segments, "end_moments", 2), first=first,
+        points=points, directors=directors, axial_strains=field["axial_strain"],
         axial_forces=field["axial_force"], curvatures=np.stack([field["curvature_1"], field["curvature_2"]], axis=1),
         twist_rates=field["twist_rate"], bending_moments=bending, torques=field["torque"],
         normal_stresses=normal_stresses, shear_stresses=field["torsion_shear_stress"], von_mises_stresses=von_mises,
         stresses=stresses, utilisations=stresses / yield_stress if yield_stress else np.zeros(len(stresses)))
+
+
+def _vectors(rows: "list[dict[str, Any]]", name: str, *shape: int) -> np.ndarray:
+    """A vector of each row, or as many as shape says."""
+    return np.array([row[name] for row in rows], dtype=float).reshape((len(rows), *shape, 3))
 
 
 def _rows(segments: "list[dict[str, Any]]", name: str, width: int = 0) -> np.ndarray:
@@ -149,27 +129,3 @@ def _rows(segments: "list[dict[str, Any]]", name: str, width: int = 0) -> np.nda
     values = [np.array(segment["stations"][name], dtype=float) if segment["stations"].get(name) is not None
               else np.full(len(segment["stations"]["position"]), np.nan) for segment in segments]
     return np.concatenate(values) if values else np.zeros((0, width) if width else 0)
-
-
-def _vector(message: Any) -> np.ndarray:
-    return np.array([message.x, message.y, message.z], dtype=float)
-
-
-def _springs(conditions: "messages.LinkageConditions", positions: np.ndarray, points: np.ndarray, first: np.ndarray,
-             unit: float) -> "tuple[np.ndarray, dict[int, list[tuple[float, np.ndarray]]]]":
-    """The force of each target's spring, and by segment those at its length, by their share of it."""
-    forces = np.zeros((len(conditions.targets), 3))
-    pulls: "dict[int, list[tuple[float, np.ndarray]]]" = {}
-    for i, target in enumerate(conditions.targets):
-        if target.WhichOneof("at") == "joint":
-            at = positions[target.joint]
-        else:
-            s = target.segment.segment
-            share = target.segment.share if target.segment.HasField("share") else 0.5
-            line = points[first[s]:first[s + 1]]
-            along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-            at = np.array([np.interp(share * along[-1], along, line[:, axis]) for axis in range(3)])
-        forces[i] = target.stiffness * unit * (_vector(target.position) - at)
-        if target.WhichOneof("at") == "segment":
-            pulls.setdefault(s, []).append((share, forces[i]))
-    return forces, pulls

@@ -36,12 +36,7 @@ export class DiagramView {
     }
     const scale = (SHARE * shapes.size) / diagram.largest;
     const patches = Array.from({ length: shapes.count }, (_, element) =>
-      patchesOf(
-        shapes.stations(shape, element, diagram.axis),
-        diagram.values[2 * element] ?? 0,
-        diagram.values[2 * element + 1] ?? 0,
-        scale,
-      ),
+      patchesOf(shapes.stations(shape, element, diagram.axis), diagram.values[element] ?? [0, 0], scale),
     );
     this.strips.set(
       patches.flatMap((parts) =>
@@ -73,11 +68,12 @@ function end(color: number, word: string, value: number, unit: string): HTMLElem
   return el("span", {}, swatch, ` ${word} ${number(value)} ${unit}`);
 }
 
-/** What is in a beam of the newest final shape; null: not known yet. */
+/** What is in a beam of the newest final shape: smallest and largest values along it; null: not known yet. */
 export function forcesTable(solution: BeamSolution | null, element: number): HTMLElement {
   if (!solution) return el("p", { class: "quiet" }, "Its forces are known of the final shape.");
-  const rows = forcesOf(solution, element).map(([title, start, finish, unit]) => {
-    const text = start === finish ? number(start) : `${number(start)} to ${number(finish)}`;
+  const rows = forcesOf(solution, element).map(([title, least, largest, unit]) => {
+    const [low, high] = [number(least), number(largest)];
+    const text = low === high ? low : `${low} to ${high}`;
     return el("tr", {}, el("th", { scope: "row" }, title), el("td", {}, `${text} ${unit}`));
   });
   return el("table", { "data-test": "forces" }, el("tbody", {}, ...rows));

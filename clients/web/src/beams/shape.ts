@@ -2,7 +2,7 @@ import { Quaternion, Vector3 } from "three";
 import type { BeamSection, BeamStructure } from "../../gen/limber/v1/beam_structure_pb";
 import type { GetGeometryResponse } from "../../gen/limber/v1/service_pb";
 import type { RodShape, Strip } from "../rods/sweep";
-import { floats, integers } from "../wire/arrays";
+import { integers, type Reals, reals } from "../wire/arrays";
 
 /** Edges that an element is drawn with, and where there are many elements. */
 const DRAWN_EDGES = 8;
@@ -34,7 +34,7 @@ export function outlineOf(section: BeamSection | undefined, least: number): [num
 
 /** How frames of a structure of beams make a shape: of each node its position and its rotation from rest. */
 export class BeamShapes {
-  readonly rest: Float32Array;
+  readonly rest: Reals;
   /** elements x 2 */
   readonly elements: Int32Array;
   readonly nodes: number;
@@ -46,7 +46,7 @@ export class BeamShapes {
     geometry: GetGeometryResponse,
     private readonly structure: BeamStructure | undefined,
   ) {
-    this.rest = floats(geometry.rest);
+    this.rest = reals(geometry.rest);
     this.elements = integers(geometry.beams?.elements);
     this.nodes = this.rest.length / 3;
     this.drawnEdges = this.count > MANY_ELEMENTS ? FEW_EDGES : DRAWN_EDGES;
@@ -74,11 +74,11 @@ export class BeamShapes {
     });
   }
 
-  fits(frame: Float32Array): boolean {
+  fits(frame: Reals): boolean {
     return frame.length === 7 * this.nodes;
   }
 
-  position(frame: Float32Array, node: number): Vector3 {
+  position(frame: Reals, node: number): Vector3 {
     return new Vector3().fromArray(frame, 7 * node);
   }
 
@@ -86,10 +86,10 @@ export class BeamShapes {
     return [this.elements[2 * element] ?? 0, this.elements[2 * element + 1] ?? 0];
   }
 
-  /** Elements bend as cubics between their nodes. values: of each element at its start and finish, 0 .. 1. */
-  shape(frame: Float32Array, values: Float32Array | null): RodShape {
+  /** Elements bend as cubics between their nodes. values: of each element at equal distances, from its start to its finish, 0 .. 1. */
+  shape(frame: Reals, values: Float32Array | null): RodShape {
     const stations = this.drawnEdges + 1;
-    const line = new Float32Array(4 * stations * this.count);
+    const line = new Float64Array(4 * stations * this.count);
     const directors = new Float32Array(line.length);
     const point = new Vector3();
     const normal = new Vector3();
@@ -114,7 +114,7 @@ export class BeamShapes {
           .addScaledVector(x1, h01)
           .addScaledVector(t1, h11);
         point.toArray(line, at + 4 * i);
-        line[at + 4 * i + 3] = values ? (values[2 * element] ?? 0) * (1 - s) + (values[2 * element + 1] ?? 0) * s : 0;
+        line[at + 4 * i + 3] = values ? this.valueAt(values, element, s) : 0;
       }
       for (let i = 0; i < this.drawnEdges; i++) {
         const middle = turns[0].clone().slerp(turns[1], (i + 0.5) / this.drawnEdges);
@@ -150,12 +150,20 @@ export class BeamShapes {
     });
   }
 
+  private valueAt(values: Float32Array, element: number, share: number): number {
+    const count = values.length / this.count;
+    const place = share * (count - 1);
+    const i = Math.max(0, Math.min(Math.floor(place), count - 2));
+    const [a, b] = [values[count * element + i] ?? 0, values[count * element + i + 1] ?? 0];
+    return a + (place - i) * (b - a);
+  }
+
   private restOf(node: number): Vector3 {
     return new Vector3().fromArray(this.rest, 3 * node);
   }
 
   /** Unit quaternions are w, x, y, z on the wire. */
-  private rotation(frame: Float32Array, node: number): Quaternion {
+  private rotation(frame: Reals, node: number): Quaternion {
     const at = 7 * node + 3;
     return new Quaternion(frame[at + 1], frame[at + 2], frame[at + 3], frame[at]);
   }

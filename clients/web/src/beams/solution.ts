@@ -1,7 +1,7 @@
 import type { BeamSolution } from "../../gen/limber/v1/beams_pb";
 import type { Values } from "../rods/picture";
 import { doubles } from "../wire/arrays";
-import { noiseOf } from "./diagram";
+import { alongElements, noiseOf } from "./diagram";
 
 export type ColorBy = "none" | "utilisation" | "axial" | "bending" | "torque" | "stress";
 
@@ -18,53 +18,50 @@ export const COLOR_CHOICES: readonly [ColorBy, string][] = [
 const LEAST_STRESS = 1;
 const LEAST_PERCENT = 1e-4;
 
-/** size: of the structure [m]. Of each element at its start and finish, what is asked for. */
+/** size: of the structure [m]. Of each element at its stations, the quantity that colours show. */
 export function valuesOf(solution: BeamSolution, by: ColorBy, size: number): Values | null {
-  const forces = doubles(solution.elementForces);
-  const stresses = doubles(solution.elementStresses);
-  const force = noiseOf(forces, size);
-  const count = stresses.length / 5;
-  const both = (value: (element: number, end: number) => number): Float32Array =>
-    Float32Array.from({ length: 2 * count }, (_, i) => value(Math.floor(i / 2), i % 2));
+  const force = noiseOf(doubles(solution.elementExtremes), size);
+  const along = (column: number): Float64Array => joined(alongElements(solution, column));
+  const values = (of: Float64Array, title: string, unit: string, floor: number): Values => ({
+    of: Float32Array.from(of),
+    title,
+    unit,
+    floor,
+  });
   switch (by) {
     case "utilisation":
-      return {
-        of: both((element) => 100 * (stresses[5 * element + 4] ?? Number.NaN)),
-        title: "Utilisation",
-        unit: "%",
-        floor: LEAST_PERCENT,
-      };
+      return values(
+        along(7).map((share) => 100 * share),
+        "Utilisation",
+        "%",
+        LEAST_PERCENT,
+      );
     case "stress":
-      return {
-        of: both((element) => stresses[5 * element + 3] ?? Number.NaN),
-        title: "Equivalent stress",
-        unit: "Pa",
-        floor: LEAST_STRESS,
-      };
+      return values(along(6), "Equivalent stress", "Pa", LEAST_STRESS);
     case "axial":
-      return {
-        of: both((element) => forces[8 * element] ?? Number.NaN),
-        title: "Axial force (pulled: positive)",
-        unit: "N",
-        floor: force,
-      };
+      return values(along(0), "Axial force (pulled: positive)", "N", force);
     case "torque":
-      return {
-        of: both((element) => forces[8 * element + 1] ?? Number.NaN),
-        title: "Torque",
-        unit: "N m",
-        floor: force * size,
-      };
-    case "bending":
-      return {
-        of: both((element, end) =>
-          Math.hypot(forces[8 * element + 4 + 2 * end] ?? 0, forces[8 * element + 5 + 2 * end] ?? 0),
-        ),
-        title: "Bending moment",
-        unit: "N m",
-        floor: force * size,
-      };
+      return values(along(1), "Torque", "N m", force * size);
+    case "bending": {
+      const about3 = along(5);
+      return values(
+        along(4).map((about2, i) => Math.hypot(about2, about3[i] ?? 0)),
+        "Bending moment",
+        "N m",
+        force * size,
+      );
+    }
     default:
       return null;
   }
+}
+
+function joined(parts: readonly Float64Array[]): Float64Array {
+  const all = new Float64Array(parts.reduce((sum, part) => sum + part.length, 0));
+  let at = 0;
+  for (const part of parts) {
+    all.set(part, at);
+    at += part.length;
+  }
+  return all;
 }

@@ -5,12 +5,12 @@ import { choice, el, field, number, picker } from "../controls/dom";
 import { gravityField, vectorField } from "../controls/vectors";
 import { type Line, RodPicture } from "../rods/picture";
 import type { EditInit } from "../session/live";
-import { describeStrength } from "../session/words";
+import { describeSnaps, describeStrength } from "../session/words";
 import type { Marker } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
 import type { Desk, Mark, Workspace } from "../workspace";
-import { DIAGRAM_CHOICES, type DiagramOf } from "./diagram";
+import { DIAGRAM_CHOICES, type DiagramOf, STATIONS } from "./diagram";
 import { DiagramView, forcesTable } from "./diagram_view";
 import { nodePanel } from "./node_panel";
 import { BeamShapes } from "./shape";
@@ -52,13 +52,11 @@ export class BeamWorkspace implements Workspace {
   private node: number | null = null;
   private element: number | null = null;
   private colorBy: ColorBy = "utilisation";
-  private isOverloaded = false;
   private mode: DragMode = "move";
   /** Of a drag as long as the structure [N]. */
   private force = DEFAULT_FORCE;
   private solution: { of: BeamSolution; sequence: bigint } | null = null;
   private isAsking = false;
-  private toldSnaps = 0n;
 
   constructor(private readonly desk: Desk) {
     this.picture = new RodPicture(desk.stage, () => this.drawMarkers(), desk.fail);
@@ -120,17 +118,11 @@ export class BeamWorkspace implements Workspace {
   resultChanged(): void {
     this.askForSolution();
     const { result } = this.desk.session;
-    const strength = result?.converged ? describeStrength(result) : null;
-    if (strength && !this.isOverloaded) this.desk.notify(strength.tone, `The structure is ${strength.text}.`);
-    if (result?.converged) this.isOverloaded = strength !== null;
-    if (!result?.converged || result.revision <= this.toldSnaps) return;
-    for (const snap of result.beams?.snaps ?? []) {
-      this.toldSnaps = result.revision;
-      this.desk.notify(
-        "warning",
-        `The structure snapped at ${number(100 * snap.progress, 2)} % of the path, near node ${snap.node}.`,
-      );
-    }
+    if (!result?.converged) return;
+    const strength = describeStrength(result);
+    this.desk.follow("strength", strength?.tone ?? "good", strength && `The structure is ${strength.text}.`);
+    const snaps = describeSnaps(result);
+    this.desk.follow("snaps", snaps?.tone ?? "good", snaps?.text ?? null);
   }
 
   marks(): Mark[] {
@@ -308,7 +300,7 @@ export class BeamWorkspace implements Workspace {
     )
       return;
     this.isAsking = true;
-    session.connection.call("getBeamSolution", { session: session.reference }).then(
+    session.connection.call("getBeamSolution", { session: session.reference, stations: STATIONS }).then(
       ({ solution }) => {
         this.isAsking = false;
         if (solution) this.solution = { of: solution, sequence: result.sequence };

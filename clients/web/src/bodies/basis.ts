@@ -1,15 +1,20 @@
 import type { Array as ArrayMessage } from "../../gen/limber/v1/common_pb";
-import { floats } from "../wire/arrays";
+import { doubles, floats, type Reals, reals } from "../wire/arrays";
 
 /** positions = rest + basis . coordinates, on the CPU: for points that are picked, constrained or traced. */
 export class Basis {
+  /** Relative to `origin`: single precision, as the GPU has it, is enough there. */
   readonly rest: Float32Array;
+  /** Zero but of bodies far from the scene's origin. */
+  readonly origin: readonly [number, number, number];
   /** (3 node + axis) * columns + column */
   readonly values: Float32Array;
   readonly columns: number;
 
   constructor(rest: ArrayMessage | undefined, basis: ArrayMessage | undefined) {
-    this.rest = floats(rest);
+    const given = reals(rest);
+    this.origin = given instanceof Float64Array ? [given[0] ?? 0, given[1] ?? 0, given[2] ?? 0] : [0, 0, 0];
+    this.rest = Float32Array.from(doubles(rest), (value, i) => value - (this.origin[(i % 3) as 0] ?? 0));
     this.values = floats(basis);
     this.columns = Number(basis?.shape.at(-1) ?? 0);
   }
@@ -19,7 +24,13 @@ export class Basis {
   }
 
   /** Writes the position of a node into `out` at `at`. */
-  position(node: number, coordinates: Float32Array, out: Float32Array | number[], at = 0): void {
+  position(node: number, coordinates: Reals, out: Float64Array | number[], at = 0): void {
+    this.relative(node, coordinates, out, at);
+    for (let axis = 0; axis < 3; axis++) out[at + axis] = (out[at + axis] ?? 0) + (this.origin[axis as 0] ?? 0);
+  }
+
+  /** The same, relative to `origin`. */
+  relative(node: number, coordinates: Reals, out: Float32Array | Float64Array | number[], at = 0): void {
     for (let axis = 0; axis < 3; axis++) {
       let sum = this.rest[3 * node + axis] ?? 0;
       const row = (3 * node + axis) * this.columns;
@@ -29,8 +40,8 @@ export class Basis {
   }
 
   /** Of some nodes, x y z each. */
-  positions(nodes: Uint32Array, coordinates: Float32Array): Float32Array {
-    const made = new Float32Array(3 * nodes.length);
+  positions(nodes: Uint32Array, coordinates: Reals): Float64Array {
+    const made = new Float64Array(3 * nodes.length);
     nodes.forEach((node, i) => {
       this.position(node, coordinates, made, 3 * i);
     });
@@ -40,7 +51,7 @@ export class Basis {
   /** Mean position of some nodes; with weights, whose sum is 1, their weighted mean. */
   mean(
     nodes: readonly number[],
-    coordinates: Float32Array,
+    coordinates: Reals,
     weights: readonly number[] | null = null,
   ): [number, number, number] {
     const sum: [number, number, number] = [0, 0, 0];

@@ -36,7 +36,7 @@ export class Carried {
   }
 
   /** Positions of vertices, x y z each, of those of `nodes`; `stride` numbers a vertex in `out`. */
-  positions(nodes: Float32Array, out: Float32Array, stride = 3): Float32Array {
+  positions<Out extends Float32Array | Float64Array>(nodes: ArrayLike<number>, out: Out, stride = 3): Out {
     for (let vertex = 0; vertex < this.vertices; vertex++) {
       for (let axis = 0; axis < 3; axis++) {
         let sum = 0;

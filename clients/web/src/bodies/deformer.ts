@@ -18,6 +18,7 @@ import {
   type WebGLRenderer,
   WebGLRenderTarget,
 } from "three";
+import type { Reals } from "../wire/arrays";
 import type { Basis } from "./basis";
 import type { Carried } from "./carried";
 import { CARRIED, NORMALS, POSITIONS, VERTEX } from "./deformer_shaders";
@@ -60,7 +61,7 @@ function sizeFor(count: number): [side: number, rows: number] {
 }
 
 /**
- * The deformed surface of a body as two textures, positions and normals, one texel a vertex, row by row. The basis is
+ * The deformed surface of a body as two textures, positions (relative to the basis's origin) and normals, one texel a vertex, row by row. The basis is
  * on the GPU as an array of layers; a frame is its coordinates. Vertices are nodes, or those of a carried surface, which
  * are made of the positions of the nodes that it hangs on. Where the GPU cannot draw into float textures, or has
  * fewer layers than the basis has columns, positions are computed here and uploaded.
@@ -160,7 +161,7 @@ export class Deformer {
   }
 
   /** The surface at these coordinates. */
-  show(coordinates: Float32Array): void {
+  show(coordinates: Reals): void {
     if (!this.isOnGpu) {
       this.computeHere(coordinates);
       return;
@@ -222,12 +223,12 @@ export class Deformer {
     });
   }
 
-  private fitsHalf(coordinates: Float32Array): boolean {
+  private fitsHalf(coordinates: Reals): boolean {
     return this.halfSizes.every((size, k) => Math.abs(coordinates[k] ?? 0) <= size);
   }
 
   /** Half floats where rounding the basis moves no vertex far, at coordinates twice as large as these. */
-  private uploadBasis(coordinates: Float32Array): void {
+  private uploadBasis(coordinates: Reals): void {
     const sizes = Float32Array.from({ length: this.basis.columns }, (_, k) =>
       Math.max(2 * Math.abs(coordinates[k] ?? 0), this.halfSizes[k] ?? 0),
     );
@@ -289,15 +290,15 @@ export class Deformer {
     return [rings, pairs];
   }
 
-  private computeHere(coordinates: Float32Array): void {
+  private computeHere(coordinates: Reals): void {
     const [positions, normals] = this.uploads as [DataTexture, DataTexture];
     const x = positions.image.data as Float32Array;
     const n = normals.image.data as Float32Array;
-    if (this.carried) this.carried.positions(this.basis.positions(this.nodes, coordinates), x, 4);
-    else
-      this.nodes.forEach((node, i) => {
-        this.basis.position(node, coordinates, x, 4 * i);
-      });
+    const at = this.carried ? new Float64Array(3 * this.nodes.length) : x;
+    this.nodes.forEach((node, i) => {
+      this.basis.relative(node, coordinates, at, (this.carried ? 3 : 4) * i);
+    });
+    this.carried?.positions(at, x, 4);
     n.fill(0);
     for (let i = 0; i < this.triangles.length; i += 3) {
       const [a, b, c] = [0, 1, 2].map((corner) => 4 * (this.triangles[i + corner] ?? 0)) as [number, number, number];

@@ -1,5 +1,5 @@
 import { button, el } from "../controls/dom";
-import { fromFloats } from "../wire/arrays";
+import { fromDoubles } from "../wire/arrays";
 import type { Desk } from "../workspace";
 import type { BodySurface } from "./surface";
 
@@ -16,10 +16,10 @@ export function keyframePanel(desk: Desk, surface: BodySurface): { element: HTML
   const add = (): void => {
     const { basis } = surface;
     if (!basis) return;
-    const positions = new Float32Array(3 * basis.nodes);
+    const positions = new Float64Array(3 * basis.nodes);
     const coordinates = desk.session.motion.frame(desk.frame);
     for (let node = 0; node < basis.nodes; node++) basis.position(node, coordinates, positions, 3 * node);
-    const pose = { case: "positions" as const, value: fromFloats(positions, [basis.nodes, 3]) };
+    const pose = { case: "positions" as const, value: fromDoubles(positions, [basis.nodes, 3]) };
     const at = frame.value === "" ? desk.frame : Math.max(0, Math.round(frame.valueAsNumber));
     desk.send([{ edit: { case: "addKeyframe", value: { keyframe: { frame: at, pose } } } }]);
   };

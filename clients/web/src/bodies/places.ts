@@ -1,5 +1,6 @@
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { type Constraint, PointSurface, type SurfacePointSchema } from "../../gen/limber/v1/scene_pb";
+import type { Reals } from "../wire/arrays";
 import type { Basis } from "./basis";
 import type { Carried } from "./carried";
 
@@ -48,7 +49,7 @@ export function weightedNodes(place: Place, { triangles, carried }: Surfaces): W
 const NONE: WeightedNodes = { nodes: [], weights: null };
 
 /** Where a place is. */
-export function positionOf(held: WeightedNodes, basis: Basis, coordinates: Float32Array): [number, number, number] {
+export function positionOf(held: WeightedNodes, basis: Basis, coordinates: Reals): [number, number, number] {
   return basis.mean(held.nodes, coordinates, held.weights);
 }
 

@@ -16,7 +16,7 @@ import {
 import { PointSurface } from "../../gen/limber/v1/scene_pb";
 import type { GetGeometryResponse } from "../../gen/limber/v1/service_pb";
 import type { Stage } from "../view/stage";
-import { integers } from "../wire/arrays";
+import { integers, type Reals } from "../wire/arrays";
 import { Basis } from "./basis";
 import { Carried } from "./carried";
 import { Deformer } from "./deformer";
@@ -48,7 +48,7 @@ export class BodySurface {
   /** Its triangles, of nodes. */
   private meshTriangles = new Uint32Array(0);
   private length = 1;
-  private shown: Float32Array = new Float32Array(0);
+  private shown: Reals = new Float32Array(0);
 
   constructor(private readonly stage: Stage) {
     stage.content.add(this.group);
@@ -68,7 +68,7 @@ export class BodySurface {
     const high = low.clone().negate();
     const point = new Vector3();
     for (const node of used) {
-      point.fromArray(this.basis.rest, 3 * node);
+      point.fromArray(this.basis.rest, 3 * node).add(new Vector3(...this.basis.origin));
       low.min(point);
       high.max(point);
     }
@@ -85,7 +85,7 @@ export class BodySurface {
     this.show(shown);
   }
 
-  show(coordinates: Float32Array): void {
+  show(coordinates: Reals): void {
     if (!this.deformer || coordinates.length !== this.basis?.columns) return;
     this.shown = coordinates;
     this.deformer.show(coordinates);
@@ -110,10 +110,10 @@ export class BodySurface {
   }
 
   /** Of the drawn surface's vertices, as shown. */
-  private positions(basis: Basis): Float32Array {
+  private positions(basis: Basis): Float64Array {
     const { drawn } = this;
     if (!drawn) return basis.positions(this.boundary, this.shown);
-    return drawn.positions(basis.positions(drawn.nodes, this.shown), new Float32Array(3 * drawn.vertices));
+    return drawn.positions(basis.positions(drawn.nodes, this.shown), new Float64Array(3 * drawn.vertices));
   }
 
   /** Where a ray meets the surface first. */
@@ -192,6 +192,7 @@ export class BodySurface {
     const nodes = drawn?.nodes ?? this.boundary;
     this.deformer = new Deformer(this.stage.renderer, basis, nodes, this.triangles, this.length, drawn);
     this.mesh = this.makeMesh(this.deformer);
+    this.mesh.position.set(...basis.origin);
     this.group.add(this.mesh);
   }
 

@@ -1,5 +1,6 @@
 import type { Values } from "../rods/picture";
 import type { RodShape } from "../rods/sweep";
+import type { Reals } from "../wire/arrays";
 import type { Desk } from "../workspace";
 import type { LinkageShapes } from "./shape";
 import { stresses } from "./stress";
@@ -46,7 +47,7 @@ export class Coloring {
     private readonly changed: () => void,
   ) {}
 
-  values(shapes: LinkageShapes, numbers: Float32Array, shape: RodShape): Values | null {
+  values(shapes: LinkageShapes, numbers: Reals, shape: RodShape): Values | null {
     if (this.by === "bending")
       return {
         of: shapes.curvatures(shape),

@@ -2,7 +2,7 @@ import { Vector3 } from "three";
 import type { GetGeometryResponse } from "../../gen/limber/v1/service_pb";
 import type { RodShape, Strip } from "../rods/sweep";
 import { counterclockwise } from "../rods/sweep";
-import { doubles, integers } from "../wire/arrays";
+import { doubles, integers, type Reals } from "../wire/arrays";
 
 /** How the numbers of a frame make a shape (LinkageGeometry): of each segment its vertices and directors, then angles. */
 export class LinkageShapes {
@@ -39,13 +39,13 @@ export class LinkageShapes {
     return this.edges.map((edges) => ({ edges, outline: this.outline }));
   }
 
-  fits(frame: Float32Array): boolean {
+  fits(frame: Reals): boolean {
     return frame.length === this.coordinates;
   }
 
   /** Centrelines and directors as the sweep takes them; values: one a station, 0 .. 1. */
-  shape(frame: Float32Array, values: Float32Array | null): RodShape {
-    const line = new Float32Array(4 * this.stations);
+  shape(frame: Reals, values: Float32Array | null): RodShape {
+    const line = new Float64Array(4 * this.stations);
     const directors = new Float32Array(4 * this.stations);
     let at = 0;
     let station = 0;
@@ -63,7 +63,7 @@ export class LinkageShapes {
   }
 
   /** Positions of joints; of one without a segment: not a number. */
-  jointPositions(frame: Float32Array): Vector3[] {
+  jointPositions(frame: Reals): Vector3[] {
     const made = Array.from({ length: this.joints }, () => new Vector3(Number.NaN, 0, 0));
     let at = 0;
     this.edges.forEach((edges, segment) => {
@@ -82,8 +82,8 @@ export class LinkageShapes {
   }
 
   /** Opening angle of each joint [degree]. */
-  angles(frame: Float32Array): Float32Array {
-    return frame.slice(frame.length - this.joints).map((angle) => (angle * 180) / Math.PI);
+  angles(frame: Reals): Float32Array {
+    return Float32Array.from(frame.subarray(frame.length - this.joints), (angle) => (angle * 180) / Math.PI);
   }
 
   /** Curvature of the centreline at each station [1/m]. */
@@ -112,7 +112,7 @@ export class LinkageShapes {
   }
 
   /** Angles of joints, from one end of each segment to the other. */
-  anglesAlong(frame: Float32Array): Float32Array {
+  anglesAlong(frame: Reals): Float32Array {
     const angles = this.angles(frame);
     const made = new Float32Array(this.stations);
     let station = 0;

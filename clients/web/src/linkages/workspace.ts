@@ -5,9 +5,11 @@ import { gravityField } from "../controls/vectors";
 import { type Line, RodPicture } from "../rods/picture";
 import type { EditInit } from "../session/live";
 import { NewestWins } from "../session/newest";
+import { describeSnaps } from "../session/words";
 import type { Marker } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
+import type { Reals } from "../wire/arrays";
 import type { Desk, Mark, Workspace } from "../workspace";
 import { COLOR_CHOICES, type ColorBy, Coloring } from "./coloring";
 import { designPanel } from "./design_panel";
@@ -120,6 +122,10 @@ export class LinkageWorkspace implements Workspace {
     if (!this.isAngleMoving) this.drawControls();
     if (this.shapes) this.coloring.ask(this.shapes);
     this.design.update();
+    const { result } = this.desk.session;
+    if (!result?.converged || result.design) return;
+    const snaps = describeSnaps(result);
+    this.desk.follow("snaps", snaps?.tone ?? "good", snaps?.text ?? null);
   }
 
   marks(): Mark[] {
@@ -263,7 +269,7 @@ export class LinkageWorkspace implements Workspace {
     this.picture.mark(markers, lines);
   }
 
-  private defaultStiffness(shapes: LinkageShapes, frame: Float32Array): number {
+  private defaultStiffness(shapes: LinkageShapes, frame: Reals): number {
     const { scene } = this.desk.session;
     const young = scene?.linkage?.material?.youngsModulus ?? DEFAULT_YOUNG;
     const area = Math.abs(

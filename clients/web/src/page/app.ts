@@ -13,7 +13,7 @@ import { sceneOf, sceneOfJson } from "./files";
 import { Home } from "./home";
 import { describeIssues } from "./issues";
 import { Notices } from "./notices";
-import { storedName } from "./people_panel";
+import { ownName } from "./people_panel";
 import { askRole, roleInWords } from "./roles";
 import { SessionPage } from "./session_page";
 
@@ -50,6 +50,7 @@ export class App {
       this.title,
       this.actions,
       this.state,
+      this.notices.past,
     );
     document.body.append(header, this.home.element, this.notices.element);
     this.connection = new Connection(
@@ -57,7 +58,7 @@ export class App {
       (state) => this.connectionChanged(state),
       () => void this.restarted(),
     );
-    this.connection.clientName = storedName();
+    this.connection.clientName = ownName();
     this.streams = new Streams(
       `${base}/v1/stream${query}`,
       (instance) => this.connection.heard(instance),

@@ -66,6 +66,7 @@ export async function askAboutLines(file: Dropped): Promise<Scene | null> {
     ["beams", "beams, rigidly joined"],
   ] as const;
   const [width, height, unit, young, density] = [entry(0.02), entry(0.005), entry(1), entry(10), entry(600)];
+  const shear = entry(0);
   const isWanted = await ask(
     `${file.name}: lines`,
     [
@@ -78,6 +79,7 @@ export async function askAboutLines(file: Dropped): Promise<Scene | null> {
       field("Section, in the surface", width, "length units"),
       field("Section, across it", height, "length units"),
       field("Young's modulus", young, "GPa"),
+      field("Shear modulus (beams)", shear, "GPa; 0: with a Poisson's ratio of 0.3"),
       field("Density", density, "kg/m³"),
       field("1 in the file is (rods)", unit, "m"),
       el("p", { class: "quiet" }, "Beams are held at their lowest nodes, in metres, under their own weight."),
@@ -104,7 +106,7 @@ export async function askAboutLines(file: Dropped): Promise<Scene | null> {
   const section = {
     shape: { case: "rectangle" as const, value: rectangle },
     young: youngs,
-    poisson: 0.3,
+    ...(shear.valueAsNumber > 0 ? { shearModulus: 1e9 * shear.valueAsNumber } : { poisson: 0.3 }),
     density: density.valueAsNumber,
   };
   return create(SceneSchema, {

@@ -1,17 +1,23 @@
 import { button, el } from "../controls/dom";
 import type { LiveSession } from "../session/live";
 import { describeClient, describeRevision } from "../session/people";
+import { nameOfTab } from "./tab_name";
 
 const NAME_KEY = "limber-name";
 const encoder = new TextEncoder();
 
-/** The name that others see; empty: the server finds one. */
-export function storedName(): string {
+/** The name that somebody gave; empty: nobody did. */
+function storedName(): string {
   try {
     return localStorage.getItem(NAME_KEY) ?? "";
   } catch {
     return ""; // A browser may refuse to store anything.
   }
+}
+
+/** The name that others see. */
+export function ownName(): string {
+  return storedName() || nameOfTab();
 }
 
 function store(name: string): void {
@@ -45,16 +51,16 @@ export class PeoplePanel {
   ) {
     const name = el("input", {
       type: "text",
-      value: session.connection.clientName,
+      value: storedName(),
       maxLength: 40,
-      placeholder: "page-N",
+      placeholder: nameOfTab(),
     });
     const take = (): void => {
       // 64 bytes at most, and none that a terminal would obey.
       let text = name.value.replace(/\p{Cc}/gu, "").trim();
       while (encoder.encode(text).length > 64) text = text.slice(0, -1);
       store(text);
-      session.connection.clientName = text;
+      session.connection.clientName = text || nameOfTab();
       session.join().catch(fail);
     };
     name.onkeydown = (event) => {

@@ -2,7 +2,7 @@ import type { Scene } from "../../gen/limber/v1/scene_pb";
 import { button, el } from "../controls/dom";
 import { kindInWords } from "../session/listed";
 import type { EditInit, LiveSession } from "../session/live";
-import { describeResult, describeState } from "../session/words";
+import { describeResult, describeState, type Tone } from "../session/words";
 import { PointerControl } from "../view/pointer";
 import { Stage } from "../view/stage";
 import { inWords } from "../wire/errors";
@@ -82,8 +82,12 @@ export class SessionPage implements Desk {
     this.timeline.setMarks(this.workspace?.marks() ?? []);
   }
 
-  notify(tone: "good" | "busy" | "warning" | "bad", text: string): void {
+  notify(tone: Tone, text: string): void {
     this.notices.add(tone, text);
+  }
+
+  follow(key: string, tone: Tone, text: string | null): void {
+    this.notices.follow(key, tone, text);
   }
 
   send(edits: EditInit[]): void {
@@ -142,6 +146,7 @@ export class SessionPage implements Desk {
 
   close(): void {
     this.timeline.pause();
+    this.notices.endStanding();
     this.session.close();
     this.stage.dispose();
     this.element.remove();

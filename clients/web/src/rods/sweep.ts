@@ -24,7 +24,7 @@ export interface Strip {
 /** One shape of all strips: stations x 4 each; of a strip its edges + 1 stations in order. */
 export interface RodShape {
   /** x, y, z of a station, and a value in 0 .. 1 for its colour. */
-  line: Float32Array;
+  line: Float64Array;
   /** First director of the edge that begins at a station; of the last station of a strip: not used. */
   directors: Float32Array;
 }
@@ -93,7 +93,13 @@ export class SweptRods {
   }
 
   show(shape: RodShape, isColored: boolean): void {
-    (this.line.image.data as Float32Array).set(shape.line);
+    // Relative to the first station: single precision is enough there, wherever the scene is.
+    const origin = [0, 1, 2, 3].map((axis) => (axis < 3 ? (shape.line[axis] ?? 0) : 0));
+    const line = this.line.image.data as Float32Array;
+    shape.line.forEach((value, i) => {
+      line[i] = value - (origin[i % 4] ?? 0);
+    });
+    this.mesh?.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
     (this.directors.image.data as Float32Array).set(shape.directors);
     this.line.needsUpdate = true;
     this.directors.needsUpdate = true;

@@ -377,7 +377,8 @@ export class LiveSession {
   }
 
   private async takeFrames(frames: Frames): Promise<void> {
-    if (frames.basisHash !== this.geometry?.basisHash || !this.geometry) await this.fetchGeometry(frames.basisHash);
+    const judged = this.motion.judge(frames);
+    if (judged === "write" || judged === "begin") await this.needGeometry(frames.basisHash);
     const taken = this.motion.take(frames);
     if (taken === "fetch") await this.fetchMotion();
     else if (taken !== "nothing") this.moved(frames.result);
@@ -401,10 +402,24 @@ export class LiveSession {
       this.catchUpLater();
       return;
     }
-    const hash = parts[0]?.basisHash ?? "";
-    if (hash !== this.geometry?.basisHash || !this.geometry) await this.fetchGeometry(hash);
+    await this.needGeometry(parts[0]?.basisHash ?? "");
     this.motion.replace(parts);
     this.moved(parts[0]?.result);
+  }
+
+  /**
+   * Of frames that are shown next. Frames that are not taken must not bring theirs: the motion would stay beside a basis of
+   * other columns, and nothing would be drawn.
+   */
+  private async needGeometry(hash: string): Promise<void> {
+    if (this.geometry && hash === this.geometry.basisHash) return;
+    try {
+      await this.fetchGeometry(hash);
+    } catch (error) {
+      // The server has newer frames by now.
+      if (error instanceof LimberError && error.field === "basis_hash") this.catchUpLater();
+      throw error;
+    }
   }
 
   /** What is here already is not sent again: of a basis that has grown the new columns alone are. */

@@ -1,16 +1,20 @@
 import type { Frames } from "../../gen/limber/v1/service_pb";
-import { floats } from "../wire/arrays";
+import { type Reals, reals } from "../wire/arrays";
 import { LimberError } from "../wire/errors";
+
+function emptyLike(numbers: Reals | undefined, count: number): Reals {
+  return numbers instanceof Float64Array ? new Float64Array(count) : new Float32Array(count);
+}
 
 /** What a message of the topic `changes` asks for beside being written. */
 export type Taken = "nothing" | "written" | "whole" | "fetch";
 
 /**
  * The motion of a session, kept up to date by the topic `changes` (docs/protocol.md, Changes of long motions):
- * frames x size float32. Of coordinates only.
+ * frames x size, float32 but of rods and beams far from the origin. Of coordinates only.
  */
 export class MotionBuffer {
-  data = new Float32Array(0);
+  data: Reals = new Float32Array(0);
   frames = 0;
   /** Numbers of a frame. */
   size = 0;
@@ -21,30 +25,36 @@ export class MotionBuffer {
   private begun = 0n;
   private parts = 0;
 
-  frame(index: number): Float32Array {
+  frame(index: number): Reals {
     const at = Math.min(Math.max(index, 0), this.frames - 1) * this.size;
     return this.data.subarray(at, at + this.size);
   }
 
-  /** A message of the topic. "fetch": ask for the whole motion and give it to replace(). */
-  take(message: Frames): Taken {
-    const { changes, result } = message;
+  /** What take() will do with a message: only of what is written the basis is needed. */
+  judge({ changes, result }: Frames): "nothing" | "fetch" | "write" | "begin" {
     const sequence = result?.sequence ?? 0n;
     if (!changes) return "nothing";
     if (changes.early) {
-      if (this.frames === 0 || changes.baseSequence !== this.sequence || this.begun !== 0n) return "nothing";
-      this.write(message);
-      return "written";
+      const fits = this.frames > 0 && changes.baseSequence === this.sequence && this.begun === 0n;
+      return fits ? "write" : "nothing";
     }
     if (sequence <= this.sequence) return "nothing";
     // A motion that waits for this page is begun once more when another page joins.
     const isBegun = changes.part === 0 && changes.baseSequence === 0n;
     if (!isBegun && changes.part !== (sequence === this.begun ? this.parts : 0)) return "fetch";
-    if (changes.part === 0 && (changes.baseSequence !== this.sequence || this.sequence === 0n)) {
-      if (changes.baseSequence !== 0n) return "fetch";
-      this.begin(message, changes.motionFrames);
-    }
+    if (changes.part > 0 || (changes.baseSequence === this.sequence && this.sequence !== 0n)) return "write";
+    return changes.baseSequence === 0n ? "begin" : "fetch";
+  }
+
+  /** A message of the topic. "fetch": ask for the whole motion and give it to replace(). */
+  take(message: Frames): Taken {
+    const { changes, result } = message;
+    const judged = this.judge(message);
+    if (!changes || judged === "nothing" || judged === "fetch") return judged === "fetch" ? "fetch" : "nothing";
+    if (judged === "begin") this.begin(message, changes.motionFrames);
     this.write(message);
+    if (changes.early) return "written";
+    const sequence = result?.sequence ?? 0n;
     this.begun = changes.more ? sequence : 0n;
     this.parts = changes.more ? changes.part + 1 : 0;
     if (changes.more) return "written";
@@ -54,10 +64,10 @@ export class MotionBuffer {
 
   /** The whole motion of one result, in parts. */
   replace(parts: Frames[]): void {
-    const all = parts.map((part) => floats(part.data));
+    const all = parts.map((part) => reals(part.data));
     this.frames = parts.reduce((sum, part) => sum + part.frameCount, 0);
     this.size = this.frames ? all.reduce((sum, part) => sum + part.length, 0) / this.frames : 0;
-    this.data = new Float32Array(this.frames * this.size);
+    this.data = emptyLike(all[0], this.frames * this.size);
     let at = 0;
     for (const part of all) {
       this.data.set(part, at);
@@ -70,17 +80,17 @@ export class MotionBuffer {
   }
 
   private begin(message: Frames, frames: number): void {
-    const numbers = floats(message.data).length;
-    this.size = message.frameCount ? numbers / message.frameCount : 0;
+    const numbers = reals(message.data);
+    this.size = message.frameCount ? numbers.length / message.frameCount : 0;
     this.frames = frames;
-    this.data = new Float32Array(frames * this.size);
+    this.data = emptyLike(numbers, frames * this.size);
     this.basisHash = message.basisHash;
     this.sequence = 0n;
   }
 
   private write(message: Frames): void {
     if (message.frameCount === 0) return;
-    const numbers = floats(message.data);
+    const numbers = reals(message.data);
     const end = message.firstFrame + message.frameCount;
     if (numbers.length !== message.frameCount * this.size || end > this.frames) {
       throw new LimberError("MALFORMED", "frames that do not fit the motion", "frames");

@@ -1,4 +1,10 @@
-import { type ResultInfo, SessionState, type SessionStatus, SolveStatus } from "../../gen/limber/v1/service_pb";
+import {
+  BranchEvent,
+  type ResultInfo,
+  SessionState,
+  type SessionStatus,
+  SolveStatus,
+} from "../../gen/limber/v1/service_pb";
 import { number } from "../controls/dom";
 
 /** How sure a line is: the page shows each in its colour and with its sign. */
@@ -59,6 +65,23 @@ export function describeStrength(result: ResultInfo): Line | null {
   return { tone: "bad", text };
 }
 
+/** Where on the way to the result its shape jumped to another. */
+export function describeSnaps(result: ResultInfo): Line | null {
+  const ofBeams = (result.beams?.snaps ?? []).map(
+    ({ progress, node }) => `${number(100 * progress, 2)} % of the path, near node ${node}`,
+  );
+  const isSnap = (event: BranchEvent): boolean => event === BranchEvent.LIMIT_POINT || event === BranchEvent.JUMP;
+  const ofLinkage = (result.linkage?.path ?? [])
+    .filter(({ event }) => isSnap(event))
+    .map(
+      ({ progress, meanAngleDegrees }) => `${number(100 * progress, 2)} % of the path, at ${number(meanAngleDegrees)}°`,
+    );
+  const places = [...ofBeams, ...ofLinkage];
+  if (!places.length) return null;
+  const more = places.length > 3 ? `, and ${places.length - 3} more times` : "";
+  return { tone: "warning", text: `The structure snapped at ${places.slice(0, 3).join("; ")}${more}.` };
+}
+
 /** How near the shown result is to the exact one, as far as it was checked. */
 export function describeAccuracy(result: ResultInfo): Line | null {
   const motion = result.motionError;
@@ -75,7 +98,13 @@ export function describeAccuracy(result: ResultInfo): Line | null {
   const elements = result.discretisationError;
   if (elements) {
     if (!elements.comparedElements) return { tone: "warning", text: `not checked: ${elements.message}` };
-    const text = `checked: positions are off by ${number(100 * elements.positionError, 2)} % of the size (${number(elements.maxDistance)} m) by the discretisation`;
+    const others = [
+      elements.momentError === undefined ? "" : `, bending moments by ${number(100 * elements.momentError, 2)} %`,
+      elements.utilisationError === undefined
+        ? ""
+        : `, utilisations by ${number(100 * elements.utilisationError, 2)} %`,
+    ];
+    const text = `checked: positions are off by ${number(100 * elements.positionError, 2)} % of the size (${number(elements.maxDistance)} m)${others.join("")} by the discretisation`;
     return { tone: elements.withinTolerance ? "good" : "warning", text };
   }
   if (!result.converged || result.solveFailed) return null;

@@ -9,6 +9,7 @@ import {
   MeshBasicMaterial,
   type Vector3,
 } from "three";
+import { placed } from "./placed";
 import type { Stage } from "./stage";
 
 const OPACITY = 0.45;
@@ -61,11 +62,13 @@ export class FilledStrips {
 }
 
 function fill(object: Mesh | LineSegments, corners: readonly { point: Vector3; color: number }[]): void {
-  const positions = new Float32Array(3 * corners.length);
+  const positions = placed(
+    object,
+    corners.map(({ point }) => point),
+  );
   const colors = new Float32Array(positions.length);
   const color = new Color();
-  corners.forEach(({ point, color: value }, i) => {
-    point.toArray(positions, 3 * i);
+  corners.forEach(({ color: value }, i) => {
     color.set(value).toArray(colors, 3 * i);
   });
   object.geometry.dispose();

@@ -10,6 +10,7 @@ import {
   PointsMaterial,
   type Vector3,
 } from "three";
+import { placed } from "./placed";
 import type { Stage } from "./stage";
 
 export type MarkerSize = "small" | "medium" | "large";
@@ -75,7 +76,10 @@ export class Markers {
     const color = new Color();
     for (const { points, size } of this.clouds) {
       const own = markers.filter((marker) => (marker.size ?? "medium") === size);
-      const positions = new Float32Array(own.flatMap((marker) => marker.position.toArray()));
+      const positions = placed(
+        points,
+        own.map((marker) => marker.position),
+      );
       const colors = new Float32Array(own.flatMap((marker) => color.set(marker.color).toArray()));
       points.geometry.dispose();
       points.geometry = new BufferGeometry();
@@ -122,12 +126,13 @@ export class Segments {
 
   /** Pairs of points, each pair with its colour. */
   set(pairs: { from: Vector3; to: Vector3; color: number }[]): void {
-    const positions = new Float32Array(6 * pairs.length);
+    const positions = placed(
+      this.lines,
+      pairs.flatMap(({ from, to }) => [from, to]),
+    );
     const colors = new Float32Array(6 * pairs.length);
     const color = new Color();
-    pairs.forEach(({ from, to, color: value }, i) => {
-      from.toArray(positions, 6 * i);
-      to.toArray(positions, 6 * i + 3);
+    pairs.forEach(({ color: value }, i) => {
       color.set(value).toArray(colors, 6 * i);
       color.toArray(colors, 6 * i + 3);
     });

@@ -22,6 +22,14 @@ export function floats(message: ArrayMessage | undefined): Float32Array {
   return new Float32Array(aligned(demand(message, 4)));
 }
 
+/** Single precision, or double precision of positions far from the origin. */
+export type Reals = Float32Array | Float64Array;
+
+/** Numbers in the precision in which they came. */
+export function reals(message: ArrayMessage | undefined): Reals {
+  return message?.type === DataType.FLOAT64 ? doubles(message) : floats(message);
+}
+
 export function doubles(message: ArrayMessage | undefined): Float64Array {
   if (message?.type === DataType.FLOAT32) return Float64Array.from(floats(message));
   return new Float64Array(aligned(demand(message, 8)));
@@ -34,6 +42,14 @@ export function integers(message: ArrayMessage | undefined): Int32Array {
 export function fromFloats(values: Float32Array, shape: number[]): ArrayMessage {
   return create(ArraySchema, {
     type: DataType.FLOAT32,
+    shape: shape.map(BigInt),
+    data: new Uint8Array(values.buffer as ArrayBuffer, values.byteOffset, values.byteLength),
+  });
+}
+
+export function fromDoubles(values: Float64Array, shape: number[]): ArrayMessage {
+  return create(ArraySchema, {
+    type: DataType.FLOAT64,
     shape: shape.map(BigInt),
     data: new Uint8Array(values.buffer as ArrayBuffer, values.byteOffset, values.byteLength),
   });

@@ -21,32 +21,44 @@ inline Eigen::Matrix3d spins(const Eigen::Vector3d& x) {
   return result;
 }
 
-/// An element as a function of positions and rotation vectors from where the ends are: exact
-/// gradients anywhere, the Hessian where the rotation vectors are zero.
-inline limber::testing::EnergyUnderTest element_energy(const ElementConstants<double>& constants,
-                                                       const ElementEnds& from) {
-  const auto ends = [from](const Eigen::VectorXd& x) {
-    ElementEnds at = from;
-    at.start = x.segment<3>(0);
-    at.finish = x.segment<3>(6);
-    at.start_axes = rotations::exponential(x.segment<3>(3)) * from.start_axes;
-    at.finish_axes = rotations::exponential(x.segment<3>(9)) * from.finish_axes;
-    return at;
-  };
+/// Ends as a function of positions and rotation vectors from where they are.
+inline ElementEnds ends_at(const ElementEnds& from, const Eigen::VectorXd& x) {
+  ElementEnds at = from;
+  at.start = x.segment<3>(0);
+  at.finish = x.segment<3>(6);
+  at.start_axes = rotations::exponential(x.segment<3>(3)) * from.start_axes;
+  at.finish_axes = rotations::exponential(x.segment<3>(9)) * from.finish_axes;
+  return at;
+}
+
+/// A function of the ends of an element by their positions and rotation vectors from where they
+/// are: exact gradients anywhere, the Hessian where the rotation vectors are zero.
+/// @param value, gradient, hessian  of ElementEnds; the latter two by translations and spins
+template <class Value, class Gradient, class Hessian>
+limber::testing::EnergyUnderTest energy_of_ends(const ElementEnds& from, Value value,
+                                                Gradient gradient, Hessian hessian) {
   limber::testing::EnergyUnderTest energy;
-  energy.value = [constants, ends](const Eigen::VectorXd& x) {
-    return element_energies(constants, ends(x)).total();
-  };
-  energy.gradient = [constants, ends](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-    ElementVector g = element_gradient(constants, ends(x));
+  energy.value = [from, value](const Eigen::VectorXd& x) { return value(ends_at(from, x)); };
+  energy.gradient = [from, gradient](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    ElementVector g = gradient(ends_at(from, x));
     g.segment<3>(3) = (spins(x.segment<3>(3)).transpose() * g.segment<3>(3)).eval();
     g.segment<3>(9) = (spins(x.segment<3>(9)).transpose() * g.segment<3>(9)).eval();
     return g;
   };
-  energy.hessian = [constants, ends](const Eigen::VectorXd& x) -> Eigen::MatrixXd {
-    return element_hessian(constants, ends(x));
+  energy.hessian = [from, hessian](const Eigen::VectorXd& x) -> Eigen::MatrixXd {
+    return hessian(ends_at(from, x));
   };
   return energy;
+}
+
+/// The elastic energy of an element.
+inline limber::testing::EnergyUnderTest element_energy(const ElementConstants<double>& constants,
+                                                       const ElementEnds& from) {
+  return energy_of_ends(
+      from,
+      [constants](const ElementEnds& ends) { return element_energies(constants, ends).total(); },
+      [constants](const ElementEnds& ends) { return element_gradient(constants, ends); },
+      [constants](const ElementEnds& ends) { return element_hessian(constants, ends); });
 }
 
 }  // namespace limber::beams::testing

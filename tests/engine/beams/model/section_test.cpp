@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numbers>
+#include <string>
 
 #include "engine/base/error.h"
 
@@ -36,6 +38,32 @@ TEST(BeamSection, StiffnessesOfAMaterial) {
   EXPECT_EQ(s.bending_3, 200);
   EXPECT_EQ(s.shear, 40);
   EXPECT_EQ(s.mass_per_length, 42);
+}
+
+TEST(BeamSection, AShearModulusTakesThePlaceOfPoissonsRatio) {
+  // Timber: no Poisson's ratio gives a G so small.
+  BeamMaterial timber{11e9, 0, 460, 24e6, 0.69e9};
+  const SectionShape shape = rectangle(0.05, 0.03);
+  const BeamSection s = make_section(shape, timber);
+  EXPECT_EQ(s.shear, 0.69e9);
+  EXPECT_EQ(s.torsion, 0.69e9 * shape.torsion);
+  EXPECT_EQ(s.bending_2, 11e9 * shape.moment_2);
+  timber.poisson = 0.3;
+  const auto field = [&] {
+    try {
+      (void)make_section(shape, timber);
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(field(), "poisson") << "one of them";
+  timber.poisson = 0;
+  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity()}) {
+    timber.shear_modulus = bad;
+    EXPECT_EQ(field(), "shear_modulus") << bad;
+  }
 }
 
 TEST(BeamSection, RefusesWhatIsNotASection) {

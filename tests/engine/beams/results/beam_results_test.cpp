@@ -138,11 +138,12 @@ TEST(BeamReleases, SlidesPassNoForce) {
   const BeamStructure axial(model);
   EXPECT_NEAR(results_of(axial, solved(axial)).forces[2].axial, 0, 1e-12);
   model.elements[2].start_release.forces = {false, false, true};
-  model.loads[0].force = Vector3d(0, 0, 0.01);
+  // Small, since the section's axes turn, and with them the axial force.
+  model.loads[0].force = Vector3d(0, 0, 0.001);
   const BeamStructure shear(model);
   const BeamResults results = results_of(shear, solved(shear));
-  EXPECT_NEAR(results.forces[2].shear_3, 0, 1e-7);
-  EXPECT_GT(std::abs(results.forces[3].shear_3), 5e-3);
+  EXPECT_NEAR(results.forces[2].shear_3, 0, 1e-8);
+  EXPECT_GT(std::abs(results.forces[3].shear_3), 5e-4);
 }
 
 TEST(BeamCables, PullAndGoSlack) {

@@ -79,7 +79,11 @@ void expect_honest(const Column& column, Solve solve) {
   const int unstable = negative_when_straight(column, structure);
   const BeamSolution found = solve(structure);
   const BeamReport& report = found.report;
-  if (unstable == 0) {
+  if (!report.unjudged_elements.empty()) {
+    // Its elements are too long to show how it buckles: that is said beyond Euler's load only.
+    EXPECT_GT(column.load, 1) << report.message;
+    EXPECT_FALSE(report.negative_eigenvalues.has_value());
+  } else if (unstable == 0) {
     EXPECT_TRUE(report.converged()) << report.message;
     EXPECT_TRUE(is_straight_and_pressed(column, found.state));
     EXPECT_EQ(report.negative_eigenvalues, 0);

@@ -17,20 +17,20 @@ using limber::testing::straight_beam;
 
 NodeLoads no_loads(const BeamStructure& structure) { return NodeLoads::of(structure.model()); }
 
-/// A clamped column in a straight state, shorter than at rest by a multiple of what buckles it.
+/// A clamped column, straight under a multiple of the load that buckles it.
 BeamReport pressed_column(double times) {
   constexpr double kSlenderness = 200;
+  constexpr double kEuler = std::numbers::pi * std::numbers::pi / 4;  // EI / L^2
   BeamModel model = straight_beam(12, 1, kSlenderness);
   model.supports = {clamped(0)};
+  model.loads = {{12, {-times * kEuler, 0, 0}}};
   const BeamStructure structure(model);
   BeamState state = structure.rest_state();
-  // pi^2 EI / (4 L^2) over EA
-  const double strain =
-      std::numbers::pi * std::numbers::pi / 4 / (kSlenderness * kSlenderness) * times;
+  const double strain = times * kEuler / model.sections[0].stretching;
   state.positions.row(0) *= 1 - strain;
   BeamReport report;
   report.status = BeamStatus::kConverged;
-  certify(structure, {}, no_loads(structure), state, report);
+  certify(structure, {}, NodeLoads::of(structure.model()), state, report);
   return report;
 }
 

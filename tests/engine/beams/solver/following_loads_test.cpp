@@ -128,11 +128,15 @@ TEST(BeamFollowingLoads, MomentsOfFixedDirectionAreReportedToHaveNoPotential) {
   }
 }
 
-/// Along every free unknown, with forces and moments that follow and such that do not.
+/// Along every free unknown, with forces and moments that follow and such that do not, on nodes and
+/// over elements.
 TEST(BeamFollowingLoads, TangentIsTheDerivativeOfWhatIsOutOfBalance) {
   BeamModel model = follower(3, 0, false);
   model.loads = {{3, {0.3, -0.2, 0.5}, {0.2, 0.1, -0.4}, LoadDirection::kFollowing},
                  {2, {0.1, 0.2, 0.3}, {-0.3, 0.2, 0.1}, LoadDirection::kFixed}};
+  model.distributed_loads = {{1, {0.2, -0.3, 0.4}, LoadDirection::kFollowing},
+                             {2, {0.1, 0.3, -0.2}, LoadDirection::kFollowing},
+                             {0, {-0.2, 0.4, 0.3}}};
   model.sections[0].stretching = 100;  // differences of forces keep their digits
   model.supports.push_back({1, {false, true, false, false, false, false}});
   const BeamStructure structure(model);

@@ -43,18 +43,32 @@ TEST(HeldRotation, AboutTwoAxesIsReachedInOneSpinThatLeavesTheThirdAlone) {
   EXPECT_LT(held.spin(spun(axes, {0, 2.5, 0}, there), 1).norm(), 1e-14) << "which is free";
 }
 
-TEST(HeldRotation, AboutOneAxisAloneNothingIsPrescribed) {
+TEST(HeldRotation, AboutOneAxisAloneItIsTheTwistAboutIt) {
+  BeamModel model = limber::testing::straight_beam(1);
+  model.supports = {{0, {true, true, true, false, true, false}, oblique()}};
+  const BeamStructure structure(model);
   const Quaterniond start = rotation_by(Vector3d(0.3, 0.5, -0.8));
-  const HeldRotation held({false, true, false}, oblique(), start, {0, 0, 0}, {});
-  EXPECT_EQ(held.spin(start, 1).norm(), 0);
-  EXPECT_EQ(held.angle(), 0);
+  const HeldRotation held({false, true, false}, oblique(), start, {0, 0.4, 0}, {});
+  EXPECT_LT(held.spin(start, 0).norm(), 1e-14) << "at s = 0 it is where it is";
+  const Vector3d spin = held.spin(start, 1);
+  EXPECT_EQ(spin.x(), 0);
+  EXPECT_EQ(spin.z(), 0);
+  const Quaterniond there = spun(structure.spin_axes(0, start), spin, start);
+  EXPECT_LT(held.spin(there, 1).norm(), 1e-14) << "in one spin";
+  EXPECT_NEAR(part_about(oblique().col(1), there), 0.4, 1e-14);
+  // What the free axes do leaves nothing behind, on any way.
+  Quaterniond away = there;
+  for (const Vector3d& free : {Vector3d(1.2, 0, 0.4), Vector3d(-0.3, 0, 2), Vector3d(0.9, 0, -1)})
+    away = spun(structure.spin_axes(0, away), free, away);
+  EXPECT_LT(held.spin(away, 1).norm(), 1e-14);
 }
 
 TEST(HeldRotation, ContinuesFromTurnsThatAreKnown) {
   // 5 turns about the first axis look like none.
   const Matrix3d axes = oblique();
   const Quaterniond start = rotation_by(10 * std::numbers::pi * axes.col(0));
-  for (const auto& held : {std::array{true, true, false}, {true, true, true}}) {
+  for (const auto& held :
+       {std::array{true, false, false}, {true, true, false}, {true, true, true}}) {
     const HeldRotation known(held, axes, start, {11 * std::numbers::pi, 0, 0},
                              Vector3d(10 * std::numbers::pi, 0, 0));
     EXPECT_NEAR(known.angle(), std::numbers::pi, 1e-12);

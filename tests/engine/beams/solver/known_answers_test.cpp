@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/beam_problems.h"
 
@@ -74,6 +75,38 @@ INSTANTIATE_TEST_SUITE_P(Methods, BeamKnownAnswers,
                                return "Chosen";
                            }
                          });
+
+/// A quarter of a ring, clamped, with a small force at its tip across its plane: P R^3 (pi / (4 E
+/// I) + (3 pi / 4 - 2) / (G J)), by Castigliano's theorem. Most of it is torsion where G is small.
+TEST(BeamQuarterRing, OfTimberSinksByItsOwnShearModulus) {
+  const double radius = 1.5, force = 0.2;
+  for (const double shear : {0.69e9, 4.2e9}) {
+    BeamMaterial timber;
+    timber.young = 11e9;
+    timber.shear_modulus = shear;
+    BeamModel model;
+    model.sections = {make_section(rectangle(0.05, 0.03), timber)};
+    const int parts = 32;
+    for (int i = 0; i <= parts; ++i) {
+      const double angle = std::numbers::pi / 2 * i / parts;
+      model.nodes.push_back({{radius * std::sin(angle), radius * (1 - std::cos(angle)), 0}});
+      if (i == parts) break;
+      BeamElement e;
+      e.start = i;
+      e.finish = i + 1;
+      model.elements.push_back(e);
+    }
+    model.supports = {limber::testing::clamped(0)};
+    model.loads = {{parts, {0, 0, -force}}};
+    const BeamSolution found = find_equilibrium(BeamStructure(model));
+    ASSERT_TRUE(found.report.converged()) << found.report.message;
+    const BeamSection& s = model.sections[0];
+    const double sinks =
+        force * std::pow(radius, 3) *
+        (std::numbers::pi / (4 * s.bending_2) + (0.75 * std::numbers::pi - 2) / s.torsion);
+    EXPECT_NEAR(-found.state.positions(2, parts), sinks, 2e-3 * sinks) << shear;
+  }
+}
 
 TEST(BeamConvergence, ErrorFallsAtLeastWithTheSquareOfTheElements) {
   const auto closing = [](int n) { return limber::testing::beam_roll_up(n).error; };

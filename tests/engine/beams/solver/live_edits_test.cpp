@@ -106,12 +106,12 @@ TEST(BeamLiveEdits, AGridOfSlenderRodsUnderItsOwnWeightTakesBoundedWork) {
   EXPECT_EQ(found.report.relaxation_steps, 0);
 
   BeamSolveOptions options = BeamSolveOptions::live(structure.elements());
-  options.factorizations = 20;
+  options.factorizations = found.report.factorizations / 2;
   options.method = BeamMethod::kNewton;
   const BeamSolution less = find_equilibrium(structure, options);
   EXPECT_EQ(less.report.status, BeamStatus::kIterationLimit) << less.report.message;
   EXPECT_LT(less.report.load_factor, 1);
-  EXPECT_LE(less.report.factorizations, 25);  // those of an iteration
+  EXPECT_LE(less.report.factorizations, options.factorizations + 5);  // those of an iteration
 }
 
 TEST(BeamLiveEdits, ResolutionAndBoundOfWorkAreValidated) {

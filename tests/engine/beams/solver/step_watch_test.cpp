@@ -61,24 +61,34 @@ TEST_F(StepWatchOfATip, WhatBendsTooMuchIsDoneOnceMore) {
   EXPECT_NEAR(watch.factor(), 0.5, 1e-12);
   // Half of it is fine, but is not followed by longer steps towards where it went too far.
   EXPECT_EQ(judge(0.1, 0.16, 0.1, 0.15), Judgement::kContinues);
-  EXPECT_EQ(watch.factor(), 1);
+  EXPECT_NEAR(watch.factor(), 1, 1e-9);
   EXPECT_EQ(judge(0.16, 0.28, 0.15, 0.25), Judgement::kContinues);
   EXPECT_EQ(watch.factor(), 2);
 }
 
-TEST_F(StepWatchOfATip, WhatStaysHoweverShortTheStepIsASnap) {
+TEST_F(StepWatchOfATip, ShortStepsGrowWhereALongOneWentTooFar) {
+  ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kContinues);
+  EXPECT_EQ(judge(0.001, 2, 0.001, 0.9), Judgement::kTooFar);
+  EXPECT_EQ(judge(0.001, 0.002, 0.001, 0.002), Judgement::kContinues);
+  EXPECT_EQ(watch.factor(), 2);
+  // By what is left at most.
+  EXPECT_EQ(judge(0.002, 0.502, 0.002, 0.502), Judgement::kContinues);
+  EXPECT_EQ(watch.factor(), 1);
+}
+
+TEST_F(StepWatchOfATip, WhatStaysHoweverShortTheStepIsAJump) {
   ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kContinues);
   EXPECT_EQ(judge(0.001, 1, 0.001, 0.004), Judgement::kTooFar);
   EXPECT_EQ(judge(0.001, 1, 0.001, 0.002), Judgement::kTooFar);
   EXPECT_EQ(watch.factor(), 0.25);
-  EXPECT_EQ(judge(0.001, 1, 0.001, 0.00125), Judgement::kSnap);
+  EXPECT_EQ(judge(0.001, 1, 0.001, 0.00125), Judgement::kJump);
   EXPECT_EQ(watch.factor(), 2);
   // The next one is a first one.
   EXPECT_EQ(judge(1, 1.2, 0.00125, 0.003), Judgement::kContinues);
   EXPECT_NEAR(watch.verdict().swerve, 0.1, 1e-12);
 }
 
-TEST_F(StepWatchOfATip, WhatGetsSmallerWithTheStepIsNoSnap) {
+TEST_F(StepWatchOfATip, WhatGetsSmallerWithTheStepIsNoJump) {
   ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kContinues);
   double turn = 2, step = 0.003;
   while (turn > 0.35) {  // of a fold: with the root of the step
@@ -88,11 +98,11 @@ TEST_F(StepWatchOfATip, WhatGetsSmallerWithTheStepIsNoSnap) {
   }
 }
 
-TEST_F(StepWatchOfATip, LongStepsAreNoSnapsAndTheShortestAre) {
+TEST_F(StepWatchOfATip, LongStepsAreNoJumpsAndTheShortestAre) {
   ASSERT_EQ(judge(0, 0.001, 0, 0.1), Judgement::kContinues);
   for (const double next : {0.5, 0.4, 0.3, 0.2})
     EXPECT_EQ(judge(0.001, 1, 0.1, next), Judgement::kTooFar);
-  EXPECT_EQ(judge(0.001, 1, 0.1, 0.1 + kShortest / 2), Judgement::kSnap);
+  EXPECT_EQ(judge(0.001, 1, 0.1, 0.1 + kShortest / 2), Judgement::kJump);
 }
 
 TEST_F(StepWatchOfATip, GoingBackByMoreThanItCameIsTooFarHoweverSmall) {
@@ -115,17 +125,17 @@ TEST_F(StepWatchOfATip, SurprisesAreHalfOfWhatIsExpected) {
 TEST_F(StepWatchOfATip, ChordsTurnToo) {
   BeamState state = structure.rest_state();
   state.positions(2, 2) += 0.05;  // chords on both sides of it are a quarter long
-  EXPECT_NEAR(watch.turn_between(structure.rest_state(), state), 0.2, 1e-12);
+  EXPECT_NEAR(turn_between(structure, structure.rest_state(), state).angle, 0.2, 1e-12);
   state.positions.row(2).array() += 7;  // all together: no chord turns
   BeamState moved = structure.rest_state();
   moved.positions.row(2).array() += 7;
-  EXPECT_NEAR(watch.turn_between(moved, state), 0.2, 1e-12);
+  EXPECT_NEAR(turn_between(structure, moved, state).angle, 0.2, 1e-12);
 }
 
 TEST_F(StepWatchOfATip, QuaternionsOfBothSignsAreOneRotation) {
   BeamState state = turned(0.4);
   state.rotations[kTip].coeffs() *= -1;
-  EXPECT_NEAR(watch.turn_between(turned(0.1), state), 0.3, 1e-12);
+  EXPECT_NEAR(turn_between(structure, turned(0.1), state).angle, 0.3, 1e-12);
 }
 
 }  // namespace

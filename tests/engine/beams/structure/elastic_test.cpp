@@ -40,6 +40,11 @@ BeamModel frame() {
   support.fixed = {true, false, true, true, false, false};
   support.axes = rotations::exponential({0.3, -0.4, 0.9});
   model.supports.push_back(support);
+  // Where elements are released, and about one axis alone as at node 0.
+  support.node = 2;
+  support.fixed = {false, false, true, false, false, true};
+  support.axes = rotations::exponential({-0.8, 0.1, 0.5});
+  model.supports.push_back(support);
   return model;
 }
 
@@ -50,19 +55,28 @@ Eigen::VectorXd random_increments(const BeamStructure& structure, std::uint64_t 
   return x;
 }
 
-TEST(BeamStructure, DerivativesWithReleasesAndLocalAxes) {
-  const BeamStructure structure(frame());
+/// Compares derivatives with differences of the potential of elastic energy and loads over
+/// elements.
+void expect_derivatives(const BeamModel& model) {
+  const BeamStructure structure(model);
+  const NodeLoads loads = NodeLoads::of(model);
   const BeamState from =
       structure.moved(structure.moved(structure.rest_state(), random_increments(structure, 1)),
                       random_increments(structure, 2));
   const auto n = structure.unknowns();
   const auto value = [&](const Eigen::VectorXd& x) {
-    return elastic_energies(structure, structure.moved(from, x)).total();
+    const BeamState at = structure.moved(from, x);
+    double potential = elastic_energies(structure, at).total();
+    for (int e = 0; e < structure.elements(); ++e)
+      potential += spread_potential(load_transfer(structure, e), structure.ends(at, e),
+                                    loads.element_forces.col(e));
+    return potential;
   };
-  const Eigen::VectorXd gradient = elastic_gradient(structure, from);
+  const Eigen::VectorXd gradient =
+      elastic_gradient(structure, from) - load_vector(structure, loads, from);
   // Second differences of the value along the increments: the Hessian of what moved() does.
   Stiffness stiffness(structure);
-  stiffness.assemble(from);
+  stiffness.assemble(from, loads);
   const Eigen::MatrixXd lower(stiffness.matrix());
   const double h = 2e-4;
   const auto unit = [n](int i) { return Eigen::VectorXd(Eigen::VectorXd::Unit(n, i)); };
@@ -89,10 +103,23 @@ TEST(BeamStructure, DerivativesWithReleasesAndLocalAxes) {
   EXPECT_GT(scale, 1);
 }
 
+TEST(BeamStructure, DerivativesWithReleasesAndLocalAxes) { expect_derivatives(frame()); }
+
+TEST(BeamStructure, DerivativesWithLoadsOverElements) {
+  BeamModel model = frame();
+  for (int e = 0; e < 5; ++e)
+    model.distributed_loads.push_back({e, {30.0 - 20 * e, 25.0, 10.0 * e - 40}});
+  expect_derivatives(model);
+  model.elements[1].finish_release.forces = {true, false, false};
+  model.elements[0].start_release.forces = {false, true, false};
+  expect_derivatives(model);
+}
+
 TEST(BeamStructure, StiffnessFromHeldUnknownsIsThatOfTheWhole) {
   BeamModel model = frame();
+  model.supports[0].fixed[4] = true;
   const BeamStructure structure(model);
-  for (BeamSupport& s : model.supports) s.fixed = {true, false, false, false, false, false};
+  model.supports[0].fixed = {true, false, false, false, false, false};
   const BeamStructure freer(model);
   const BeamState state = structure.moved(structure.rest_state(), random_increments(structure, 3));
   Stiffness stiffness(structure), whole(freer);
@@ -136,7 +163,8 @@ TEST(BeamLoads, FollowingLoadsTurnWithTheirNode) {
   state.rotations[2] = rotation_by({0, 1.57079632679489661923, 0});
   const Eigen::VectorXd load = load_vector(structure, NodeLoads::of(model), state);
   EXPECT_LT((load.segment<3>(12) - Vector3d(3, 1, 5)).norm(), 1e-14);
-  EXPECT_LT((load.segment<3>(15) - Vector3d(0, 0, -1)).norm(), 1e-14);
+  // The moment of the node, and that of the load over the element, whose end points down.
+  EXPECT_LT((load.segment<3>(15) - Vector3d(-1.0 / 12, 0, -1)).norm(), 1e-14);
   EXPECT_LT((load.segment<3>(6) - Vector3d(0, 1, 0)).norm(), 1e-14);
 }
 

@@ -5,6 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/rods/design/starting_grid.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/rods/linkage/linkage_graph.h"
 #include "tests/engine/rods/design/small_patches.h"
 
@@ -65,6 +66,21 @@ TEST(Erection, OfAFlatGridIsAPushToTheSideThatItWasDesignedFor) {
     EXPECT_DOUBLE_EQ(erection.mean_angle, *dome.deployed.mean_opening_angle);
     EXPECT_DOUBLE_EQ(erection.flat_angle, *dome.flat.mean_opening_angle);
     EXPECT_LT(erection.distance, 1e-4 * 280);
+    // What a builder has to apply on the way is part of the plan.
+    ASSERT_EQ(erection.angles.size(), erection.moments.size());
+    ASSERT_GE(erection.angles.size(), 3U);
+    EXPECT_NEAR(erection.angles.front(), erection.flat_angle, 1e-9);
+    EXPECT_NEAR(erection.angles.back(), erection.mean_angle, 1e-9);
+    LinkageEquilibrium equilibrium(dome.model);
+    LinkageState open = dome.point.deployed;
+    EXPECT_NEAR(erection.moments.back(), equilibrium.solve(open, dome.deployed).mean_angle_moment,
+                1e-3 * std::abs(erection.moments.back()));
+    EXPECT_GT(std::abs(erection.moments.back()), 0);
+    ASSERT_TRUE(erection.support);
+    EXPECT_EQ(erection.support->joint, 12) << "its pin";
+    EXPECT_GT(erection.support->moment.norm() + erection.support->force.norm(), 0);
+    EXPECT_EQ(erection.flat.cols(), 25);
+    EXPECT_LT(distance_between_shapes(erection.open, joint_positions(dome.point.deployed)), 1e-2);
     EXPECT_LT(distance_between_shapes(dome.opened(erection.push), dome.point.deployed), 1e-3);
     // With the opposite push it opens to the mirrored shape: that is another one.
     std::vector<JointLoad> against = erection.push;
@@ -106,6 +122,8 @@ TEST(Erection, WhatNoPinHoldsIsHeldAtItsMiddleWhileItIsPushed) {
   EXPECT_EQ(stages[0].pins[0].joint, 12);
   EXPECT_EQ(stages[1].loads.size(), 1U);
   EXPECT_TRUE(stages[2].pins.empty());
+  EXPECT_EQ(erection_stages(dome.point.flat, free, {{3, {0, 0, 1}}}, 7)[1].pins[0].joint, 7)
+      << "or where it was held when the push was found";
   EXPECT_TRUE(stages[2].loads.empty());
 }
 

@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/linkage/linkage_strains.h"
 #include "tests/engine/rods/linkage/small_linkages.h"
 #include "tests/support/solved_linkages.h"
 
@@ -129,6 +130,46 @@ INSTANTIATE_TEST_SUITE_P(AllForms, DiscretisationErrors,
                          ::testing::Values(BendingForm::kMaterialFrames,
                                            BendingForm::kAveragedFrames,
                                            BendingForm::kTurningAngle));
+
+/// Of the largest stress, with an estimate of its own: a rod that is bent far carries at its clamp
+/// the load times the arm, which is known of the elastica; under its weight alone half of that.
+TEST(DiscretisationEstimate, StressesHaveAnErrorOfTheirOwn) {
+  const double width = 0.03, height = 0.01, young = 2e9;
+  const Section section = Rectangle{width, height};
+  const SectionProperties properties = section_properties(section);
+  const RodMaterial material{young, 0.3};
+  const SectionStiffness stiffness = section_stiffness(properties, material);
+  const LinkageStressModel stresses(section, properties, material, StiffAxis::kD1);
+  const LineMesh mesh =
+      testing::mesh_of({{0, -.05, 0}, {0, 0, 0}, {0, .05, 0}, {1, 0, 0}}, {{1, 3}, {0, 1}, {1, 2}});
+  const double heaviness = 0.2;  // N/m: it sinks by 0.005 m
+  const double exact = heaviness * 0.5 * height / 2 / (width * std::pow(height, 3) / 12);
+  double before = 0;
+  for (const int edges : {3, 6, 12, 24}) {
+    const LinkageModel model(
+        build_linkage_graph(mesh), edges,
+        {stiffness.stretching, stiffness.bending_1, stiffness.bending_2, stiffness.torsion});
+    Conditions conditions;
+    conditions.pins = {{0, Hold::kMotionAndAngle}};
+    conditions.gravity = {Eigen::Vector3d(0, 0, -1), heaviness};
+    LinkageState state(model);
+    ASSERT_TRUE(LinkageEquilibrium(model).solve(state, conditions).converged());
+    const DiscretisationError error =
+        DiscretisationEstimator(model, stresses).estimate(model, state, conditions);
+    ASSERT_TRUE(error.is_known()) << error.message;
+    ASSERT_TRUE(error.stress);
+    const double truth = std::abs(
+        largest_stresses(stresses.evaluate(model, linkage_strains(model, state)))[0] - exact);
+    EXPECT_EQ(error.stress->segment, 0);
+    EXPECT_GT(error.stress->error, truth / 2) << edges;
+    EXPECT_LT(error.stress->error, truth * 2) << edges;
+    EXPECT_NEAR(error.stress->share, error.stress->error / exact, 0.1 * error.stress->share);
+    if (before > 0) {
+      EXPECT_LT(truth, before / 3) << "it falls with the square of the edges";
+    }
+    before = truth;
+  }
+}
 
 TEST(DiscretisationEstimate, FollowsChangedSizes) {
   SolvedLinkage given = cantilever(8, 4, BendingForm::kTurningAngle);

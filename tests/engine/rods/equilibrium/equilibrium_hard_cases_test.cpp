@@ -375,6 +375,67 @@ TEST(HardEquilibria, SeveralComponents) {
   EXPECT_TRUE(report.converged()) << report.message;
 }
 
+/// A wooden rod of 80 x 30 mm in N and m, stiff against what rounding moves.
+constexpr RodStiffness kBeam{2.4e7, 1.28e4, 1.8e3, 2.2e3};
+
+TEST(HardEquilibria, SeparateUnstressedRodsAreAMinimum) {
+  Random random(1);
+  for (const int rods : {1, 2, 5, 10, 20, 40}) {
+    LineMesh mesh;
+    mesh.vertices.resize(3, 2 * rods);
+    mesh.edges.resize(2, rods);
+    for (int r = 0; r < rods; ++r) {
+      Eigen::Vector3d from, along;
+      for (double& x : from) x = random.uniform(0, 5);
+      for (double& x : along) x = random.normal();
+      mesh.vertices.col(2 * r) = from;
+      mesh.vertices.col(2 * r + 1) = from + along.normalized();
+      mesh.edges.col(r) << 2 * r, 2 * r + 1;
+    }
+    for (const double far : {0.0, 300.0}) {  // from the origin
+      LineMesh moved = mesh;
+      moved.vertices.row(0).array() += far;
+      const LinkageModel model(build_linkage_graph(moved), 6, kBeam);
+      LinkageState state(model);
+      const EquilibriumReport report = LinkageEquilibrium(model).solve(state, {});
+      EXPECT_TRUE(report.converged()) << rods << " rods, " << far << ": " << report.message;
+      EXPECT_EQ(report.escapes, 0);
+      for (int s = 0; s < rods; ++s) {
+        EXPECT_LT((state.vertex(model, s, 0) - moved.vertices.col(2 * s)).norm(), 1e-6)
+            << "it stays where it is drawn";
+      }
+    }
+  }
+}
+
+TEST(HardEquilibria, SeparateUnstressedGridsAreAMinimum) {
+  LineMesh grid;
+  grid.vertices.resize(3, 36);
+  grid.edges.resize(2, 60);
+  int edge = 0;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      grid.vertices.col(6 * i + j) << i, j, 0;
+      if (j < 5) grid.edges.col(edge++) << 6 * i + j, 6 * i + j + 1;
+      if (i < 5) grid.edges.col(edge++) << 6 * i + j, 6 * i + j + 6;
+    }
+  }
+  for (const int grids : {1, 4}) {
+    LineMesh all;
+    all.vertices.resize(3, 36 * grids);
+    all.edges.resize(2, 60 * grids);
+    for (int k = 0; k < grids; ++k) {
+      all.vertices.middleCols(36 * k, 36) = grid.vertices.colwise() + Eigen::Vector3d(0, 0, 3 * k);
+      all.edges.middleCols(60 * k, 60) = grid.edges.array() + 36 * k;
+    }
+    const LinkageModel model(build_linkage_graph(all), 6, kBeam);
+    LinkageState state(model);
+    const EquilibriumReport report = LinkageEquilibrium(model).solve(state, {});
+    EXPECT_TRUE(report.converged()) << grids << " grids: " << report.message;
+    EXPECT_LT(joint_distance(state, LinkageState(model)), 1e-6);
+  }
+}
+
 TEST(HardEquilibria, HangsBelowASingleSpring) {
   // A pendulum: the spring holds no rotation, the weight does.
   const LinkageModel model = grid_model(3, 3, 1.2);

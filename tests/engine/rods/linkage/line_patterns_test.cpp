@@ -195,26 +195,73 @@ std::set<std::pair<int, int>> rods_of(const LinkageGraph& graph, const std::vect
   return rods;
 }
 
-TEST(LinePatterns, WithoutAStraightChoiceTheyStillHaveAConsistentOne) {
-  for (const LineMesh& mesh : {kagome(2), kagome(5), kagome(12), honeycomb(2), honeycomb(6),
-                               triangle_strip(3), triangle_strip(20)}) {
+TEST(LinePatterns, OfEquallyStraightPairsThoseAreRodsThatMakeTwoFamilies) {
+  for (const LineMesh& mesh : {honeycomb(2), honeycomb(6)}) {
     const LinkageGraph graph = build_linkage_graph(mesh);
+    EXPECT_FALSE(graph.mixed_angles);
     expect_consistent(graph);
   }
-  EXPECT_GT(build_linkage_graph(kagome(5)).bent_joints, 0);
+}
+
+/// Three families of straight lines: as drawn, though their angles are on no side of them.
+TEST(LinePatterns, StraightLinesStayRodsThoughTheirAnglesAreMixed) {
+  for (const int cells : {2, 5, 12}) {
+    const LinkageGraph graph = build_linkage_graph(kagome(cells));
+    EXPECT_TRUE(graph.mixed_angles);
+    EXPECT_EQ(graph.bent_joints, 0);
+    for (const Joint& joint : graph.joints) {
+      EXPECT_NEAR(joint.normal.z(), 1, 1e-9);
+      EXPECT_NEAR(joint.opening_angle, std::numbers::pi / 3, 1e-9);
+      for (const auto& [behind, ahead] : joint.segments) {
+        if (behind < 0 || ahead < 0) continue;
+        const auto direction = [&](int s) -> Eigen::Vector3d {
+          const auto& points = graph.segments[s].points;
+          return (points[1] - points[0]).normalized();
+        };
+        EXPECT_NEAR(std::abs(direction(behind).dot(direction(ahead))), 1, 1e-9);
+      }
+    }
+  }
 }
 
 TEST(LinePatterns, GridsWithMovedJointsKeepTheirTwoFamilies) {
-  int bent = 0;
   for (std::uint32_t seed = 1; seed <= 12; ++seed) {
-    for (const double by : {0.1, 0.3, 0.5}) {
-      const LineMesh mesh = disturbed_grid(12, 9, by, seed);
-      const LinkageGraph graph = build_linkage_graph(mesh);
+    for (const double by : {0.1, 0.2}) {
+      const LinkageGraph graph = build_linkage_graph(disturbed_grid(12, 9, by, seed));
+      EXPECT_FALSE(graph.mixed_angles) << seed << ' ' << by;
       expect_consistent(graph);
-      bent += graph.bent_joints;
     }
   }
-  EXPECT_GT(bent, 10) << "the straightest pairs contradict each other in some";
+}
+
+/// Where straight lines have become corners: rods that are nearly as straight as the straightest
+/// make two families, or the straightest stay.
+TEST(LinePatterns, RodsOfCrookedGridsAreNotLedAroundCorners) {
+  int bent = 0, mixed = 0, refused = 0;
+  for (std::uint32_t seed = 1; seed <= 24; ++seed) {
+    for (const double by : {0.25, 0.3, 0.5}) {
+      LinkageGraph graph;
+      try {
+        graph = build_linkage_graph(disturbed_grid(12, 9, by, seed));
+      } catch (const Error& error) {
+        // One grid in 72, whose cells stand on edge, has no side that can be told: it says so.
+        ++refused;
+        EXPECT_EQ(by, 0.5) << error.what();
+        EXPECT_NE(std::string(error.what()).find("one side only"), std::string::npos);
+        continue;
+      }
+      bent += graph.bent_joints;
+      mixed += graph.mixed_angles ? 1 : 0;
+      if (graph.mixed_angles) {
+        EXPECT_EQ(graph.bent_joints, 0);
+      } else {
+        expect_consistent(graph);
+      }
+    }
+  }
+  EXPECT_LE(refused, 1);
+  EXPECT_GT(bent, 0);
+  EXPECT_GT(mixed, 10);
 }
 
 TEST(LinePatterns, AnotherOrderOfVerticesAndEdgesIsTheSameLinkage) {
@@ -278,8 +325,8 @@ TEST(LinePatterns, BandsOfHalfTurnsHaveOneSideInAnyOrder) {
   }
 }
 
-TEST(LinePatterns, ARefusedLoopIsTheSmallestAndNamesItsJoints) {
-  // A square of four joints with a triangle on one side, closed: seven segments.
+TEST(LinePatterns, AnOddRingOfHingesHasMixedAngles) {
+  // A square of four joints with a triangle on one side, closed: five segments.
   Drawing drawing;
   const Eigen::Vector3d a(0, 0, 0), b(1, 0, 0), c(1, 1, 0), d(0, 1, 0), e(2, 0.5, 0);
   drawing.line(a, b);
@@ -287,13 +334,13 @@ TEST(LinePatterns, ARefusedLoopIsTheSmallestAndNamesItsJoints) {
   drawing.line(d, a);
   drawing.line(b, e);
   drawing.line(e, c);
-  const std::string message = refusal(drawing.mesh());
-  EXPECT_THAT(message, HasSubstr("no choice of opening angles is consistent"));
-  EXPECT_THAT(message, HasSubstr("the loop of the 5 joints at vertices 0, "));
-  EXPECT_THAT(message, HasSubstr("5 segments, an odd number"));
-  EXPECT_THAT(message, HasSubstr("Add or remove a segment"));
-  drawing.line(e, Eigen::Vector3d(3, 0.5, 0));  // a free end
-  EXPECT_EQ(refusal(drawing.mesh()), "");
+  EXPECT_TRUE(build_linkage_graph(drawing.mesh()).mixed_angles);
+  Drawing even;
+  even.line(a, b);
+  even.line(b, c);
+  even.line(c, d);
+  even.line(d, a);
+  EXPECT_FALSE(build_linkage_graph(even.mesh()).mixed_angles);
 }
 
 }  // namespace

@@ -84,6 +84,51 @@ TEST(LinkageStresses, ACantileverCarriesForceTimesArm) {
   }
 }
 
+/// The largest stress is at the clamp, half an edge before the first vertex: M c / I.
+TEST(LinkageStresses, AtAClampTheyAreMTimesCOverI) {
+  const double width = 0.03, height = 0.01, force = 2e-3;
+  const double stress = force * height / 2 / (width * std::pow(height, 3) / 12);
+  for (const int edges : {3, 5, 10, 20}) {
+    Beam beam(Rectangle{width, height}, 1, edges);
+    const auto stations = beam.loaded({0, 0, force}, {0, 0, 0});
+    EXPECT_NEAR(stations(kLargestNormal, 0), stress, 1e-3 * stress) << edges;
+    EXPECT_NEAR(stations(kVonMises, 0), stress, 1e-3 * stress) << edges;
+    EXPECT_LT(stations(kVonMises, edges), 1e-3 * stress) << edges;
+  }
+}
+
+TEST(LinkageStresses, OfACoarseRoundRodUnderTorqueTheyAreTTimesROverJ) {
+  const double diameter = 0.01, torque = 0.05;
+  Beam beam(Ellipse{diameter, diameter}, 1, 3);
+  const auto stations = beam.loaded({0, 0, 0}, {torque, 0, 0});
+  const double inertia = std::numbers::pi * std::pow(diameter, 4) / 32;
+  for (int i = 0; i <= 3; ++i)
+    EXPECT_NEAR(stations(kTorsionShear, i), torque * diameter / 2 / inertia,
+                1e-5 * torque * diameter / inertia);
+}
+
+/// A load at a joint makes the axial force jump there: ends have that of their own side.
+TEST(LinkageStresses, AxialForcesJumpAtALoadedJoint) {
+  const LinkageModel model(
+      build_linkage_graph(testing::mesh_of(
+          {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {1, -.2, 0}, {1, .2, 0}, {0, -.2, 0}, {0, .2, 0}},
+          {{0, 1}, {1, 2}, {3, 1}, {1, 4}, {5, 0}, {0, 6}})),
+      5, {6e5, 45, 5, 6});
+  const Section section = Rectangle{0.03, 0.01};
+  const LinkageStressModel stresses(section, section_properties(section), {kYoung, kPoisson},
+                                    StiffAxis::kD1);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{0, Hold::kMotionAndAngle}};
+  conditions.loads = {{1, {100, 0, 0}, {0, 0, 0}, 0}};
+  ASSERT_TRUE(LinkageEquilibrium(model).solve(state, conditions).converged());
+  const LinkageStresses found = stresses.evaluate(model, linkage_strains(model, state));
+  for (int i = found.first[0]; i < found.first[1]; ++i)
+    EXPECT_NEAR(found.stations(kAxialForce, i), 100, 1e-3) << i;
+  for (int i = found.first[1]; i < found.first[2]; ++i)
+    EXPECT_NEAR(found.stations(kAxialForce, i), 0, 1e-3) << i;
+}
+
 TEST(LinkageStresses, AScaledSectionIsTheLargerSection) {
   const double scale = 1.3, width = 0.03, height = 0.01;
   Beam beam(Rectangle{width, height});

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/section/section_reach.h"
 #include "engine/rods/section/torsion.h"
 
 namespace limber::rods {
@@ -31,6 +33,31 @@ TEST(Section, OfTheReferenceLinkages) {
       section_stiffness(section_properties(Rectangle{3, 0.75}), {3000, 0.38}, StiffAxis::kD2);
   EXPECT_EQ(soft.bending_1, s.bending_2);
   EXPECT_EQ(soft.bending_2, s.bending_1);
+}
+
+TEST(Section, AsGivenLiesByItsOwnAxes) {
+  for (const auto& [width, height] : {std::pair{4.0, 16.0}, {16.0, 4.0}, {5.0, 5.0}}) {
+    const Rectangle section{width, height};
+    const SectionProperties properties = section_properties(section);
+    const auto s = section_stiffness(properties, {12, 0}, StiffAxis::kAsGiven);
+    EXPECT_DOUBLE_EQ(s.bending_1, height * width * width * width);    // sideways
+    EXPECT_DOUBLE_EQ(s.bending_2, width * height * height * height);  // out of the surface
+    const Polygon outline = placed_outline(section, properties, StiffAxis::kAsGiven);
+    const SectionReach reach(section, properties, StiffAxis::kAsGiven);
+    EXPECT_DOUBLE_EQ(reach.along(Eigen::Vector2d::UnitX()).most, width / 2);
+    EXPECT_DOUBLE_EQ(reach.along(Eigen::Vector2d::UnitY()).most, height / 2);
+    for (const Eigen::Vector2d& corner : outline) {
+      EXPECT_NEAR(std::abs(corner.x()), width / 2, 1e-12);
+      EXPECT_NEAR(std::abs(corner.y()), height / 2, 1e-12);
+    }
+  }
+  // Oblique principal axes: the nearer one, and halfway the stiffer.
+  EXPECT_EQ(stiff_axis_of(section_properties(LSection{2, 2, 0.2}), StiffAxis::kAsGiven),
+            StiffAxis::kD1);
+  EXPECT_EQ(stiff_axis_of(section_properties(LSection{1, 3, 0.2}), StiffAxis::kAsGiven),
+            StiffAxis::kD2);
+  EXPECT_EQ(stiff_axis_of(section_properties(ISection{4, 2, 0.2, 0.2}), StiffAxis::kAsGiven),
+            StiffAxis::kD2);
 }
 
 TEST(Section, RectanglesFromSquareToStrip) {

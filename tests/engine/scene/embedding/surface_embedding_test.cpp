@@ -36,7 +36,7 @@ TEST(SurfaceEmbedding, RestPositionsAreMetInsideAndOutside) {
     EXPECT_GT(embedding.outside_count, 0) << name;
     EXPECT_LT(embedding.outside_count, 500) << name;
     EXPECT_LT((embedding.weights.colwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
-    const Eigen::MatrixXf moved = embedded_positions(embedding, column_of(mesh.nodes));
+    const Eigen::MatrixXd moved = embedded_positions(embedding, column_of(mesh.nodes));
     const double extent =
         (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).norm();
     EXPECT_LT((moved.cast<double>() - column_of(vertices)).cwiseAbs().maxCoeff(), 1e-6 * extent)
@@ -54,7 +54,7 @@ TEST(SurfaceEmbedding, VerticesFollowAffineMotionsExactly) {
   Eigen::MatrixXd motion(mesh.nodes.size(), 2);
   motion.col(0) = column_of((map * mesh.nodes).colwise() + shift);
   motion.col(1) = column_of(mesh.nodes);
-  const Eigen::MatrixXf moved = embedded_positions(embedding, motion);
+  const Eigen::MatrixXd moved = embedded_positions(embedding, motion);
   const Eigen::MatrixXd expected = column_of((map * vertices).colwise() + shift);
   EXPECT_LT((moved.col(0).cast<double>() - expected).cwiseAbs().maxCoeff(),
             1e-6 * expected.cwiseAbs().maxCoeff());

@@ -91,21 +91,46 @@ TEST(BeamFiles, TablesHaveARowForEach) {
 }
 
 TEST(BeamFiles, JsonSaysHowItEndedAndInWhichUnits) {
-  const std::string json = beam_json(analyse(model_of(cantilever_files(4)), {}));
+  const std::string json = beam_json(analyse(model_of(cantilever_files(4)), {}), 3);
   EXPECT_THAT(json, HasSubstr("\"status\": \"converged\""));
   EXPECT_THAT(json, HasSubstr("\"axial_force\": \"N\""));
+}
+
+/// Without what separates and indents.
+std::string bare(std::string json) {
+  json.erase(std::remove_if(json.begin(), json.end(), [](char c) { return c == ' ' || c == '\n'; }),
+             json.end());
+  return json;
+}
+
+TEST(BeamFiles, JsonHasSnapsNeutralDirectionsAndUnjudgedElements) {
+  BeamAnalysis found = analyse(model_of(cantilever_files(4)), {});
+  beams::BeamReport& report = found.solution.report;
+  const std::string none = bare(beam_json(found, 0));
+  EXPECT_THAT(none, HasSubstr("\"snaps\":[],\"neutral_directions\":[],\"unjudged_elements\":[]"));
+  report.snaps = {{0.25, 1.5, 3}, {0.75, 0.5, 2}};
+  report.neutral_directions = {{1, {0, 0.5, -2}, {1, 0, 0}}};
+  report.unjudged_elements = {0, 2};
+  const std::string json = bare(beam_json(found, 0));
+  EXPECT_THAT(json,
+              HasSubstr("\"snaps\":[{\"progress\":0.25,\"turn\":1.5,\"node\":3},{\"progress\":"
+                        "0.75,\"turn\":0.5,\"node\":2}]"));
+  EXPECT_THAT(json, HasSubstr("\"neutral_directions\":[{\"node\":1,\"translation\":[0,0.5,-2],"
+                              "\"rotation\":[1,0,0]}]"));
+  EXPECT_THAT(json, HasSubstr("\"unjudged_elements\":[0,2]"));
+  EXPECT_THAT(json, HasSubstr("\"turn\":\"rad\""));
 }
 
 TEST(BeamFiles, UtilisationIsKnownWhereTheYieldStressIs) {
   beams::BeamModel model = model_of(cantilever_files(4));
   for (beams::BeamSection& section : model.sections) section.yield_stress = 0;
   const BeamAnalysis unknown = analyse(model, {});
-  EXPECT_THAT(beam_json(unknown), HasSubstr("\"largest_utilisation\": null"));
-  EXPECT_THAT(beam_json(unknown), HasSubstr("\"utilisation\": null"));
+  EXPECT_THAT(beam_json(unknown, 3), HasSubstr("\"largest_utilisation\": null"));
+  EXPECT_THAT(beam_json(unknown, 3), HasSubstr("\"utilisation\": null"));
   EXPECT_THAT(beam_elements_csv(unknown), HasSubstr(",,"));
   for (beams::BeamSection& section : model.sections) section.yield_stress = 1e8;
   const BeamAnalysis known = analyse(model, {});
-  EXPECT_THAT(beam_json(known), Not(HasSubstr("null")));
+  EXPECT_THAT(beam_json(known, 3), Not(HasSubstr("null")));
   EXPECT_THAT(beam_elements_csv(known), Not(HasSubstr(",,")));
 }
 

@@ -89,7 +89,7 @@ struct LiveBeamSession {
 };
 
 Eigen::Vector3d node_at(const BeamResult& result, int node) {
-  return result.frames->rightCols<1>().segment<3>(7 * node).cast<double>();
+  return result.frames->rightCols<1>().segment<3>(7 * node);
 }
 
 /// Distance of the farthest node from where a solve from the drawn structure has it.

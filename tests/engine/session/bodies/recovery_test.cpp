@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -96,6 +97,81 @@ TEST(SceneRecovery, KnownFrequenciesAndDampingComeBack) {
   EXPECT_NEAR(off / scene.base_motion.rightCols(40).norm(), report.continued_error, 1e-5);
 }
 
+/// A square bar of length 4 along x, held at x = 0: two bending modes with near-equal frequencies,
+/// which differ since the diagonals of its cubes are not mirrored.
+scene::Scene square_bar() {
+  scene::Scene scene;
+  constexpr int kLong = 8, kWide = 3;
+  const auto node = [](int i, int j, int k) { return (i * (kWide + 1) + j) * (kWide + 1) + k; };
+  scene.mesh.nodes.resize(3, node(kLong, kWide, kWide) + 1);
+  for (int i = 0; i <= kLong; ++i)
+    for (int j = 0; j <= kWide; ++j)
+      for (int k = 0; k <= kWide; ++k) {
+        scene.mesh.nodes.col(node(i, j, k)) << 0.5 * i, j / 3.0, k / 3.0;
+        if (i == 0) scene.fixed_nodes.push_back(node(i, j, k));
+      }
+  // Kuhn's six tets of a cube: one for each order of the axes; odd orders are mirrored.
+  std::vector<Eigen::Vector4i> tets;
+  for (int i = 0; i < kLong; ++i)
+    for (int j = 0; j < kWide; ++j)
+      for (int k = 0; k < kWide; ++k) {
+        Eigen::Vector3i axes(0, 1, 2);
+        do {
+          Eigen::Vector3i at(i, j, k);
+          Eigen::Vector4i tet;
+          tet[0] = node(at[0], at[1], at[2]);
+          for (int part = 0; part < 3; ++part) {
+            ++at[axes[part]];
+            tet[part + 1] = node(at[0], at[1], at[2]);
+          }
+          const bool is_odd = axes == Eigen::Vector3i(0, 2, 1) ||
+                              axes == Eigen::Vector3i(1, 0, 2) || axes == Eigen::Vector3i(2, 1, 0);
+          if (is_odd) std::swap(tet[2], tet[3]);
+          tets.push_back(tet);
+        } while (std::next_permutation(axes.begin(), axes.end()));
+      }
+  scene.mesh.tets.resize(4, static_cast<Eigen::Index>(tets.size()));
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    scene.mesh.tets.col(static_cast<Eigen::Index>(t)) = tets[t];
+  scene.frame_count = 300;
+  scene.material = {3.6e6, 0.4, 1000};
+  scene.dynamics.frames_per_second = kFps;
+  return scene;
+}
+
+// The reference is the full model: implicit steps of St. Venant-Kirchhoff material, no modes.
+TEST(Recovery, SquareBarIsContinuedWithinTenPercent) {
+  scene::Scene scene = square_bar();
+  scene.simulation.emplace();
+  scene.simulation->initial.modes = {0.1, 0.1, 0.06, 0.05};
+  scene.simulation->steps_per_frame = 4;
+  scene = with_base_motion(scene, simulate(scene).positions);
+  bodies::ModalOptions two;
+  two.mode_count = 2;
+  const Eigen::VectorXd hertz =
+      bodies::modal_analysis(map_body(scene).body, two).eigenvalues.cwiseSqrt() / kTwoPi;
+  ASSERT_LT(hertz[1], 1.15 * hertz[0]);
+  for (const int modes : {4, 10}) {
+    scene.model.mode_count = modes;
+    const RecoveryReport report = recover(scene, {}).report;
+    EXPECT_TRUE(report.converged) << modes;
+    EXPECT_EQ(report.message, "") << modes;
+    EXPECT_LT(report.continued_error, 0.1) << modes;
+    for (const double expected : hertz)
+      EXPECT_NEAR(nearest(report, expected).frequency_hz, expected, 0.005 * expected) << modes;
+  }
+}
+
+// 60 frames are two seconds: a fifth of the beat of the two.
+TEST(Recovery, AContinuationThatIsOffIsReported) {
+  scene::Scene scene = base_scene(120);
+  scene.model.mode_count = 1;
+  scene = swinging(scene, {{0, 0.3, 0.748, 0}, {1, 0.3, 0.843, 0}});
+  const RecoveryReport report = recover(scene, {}).report;
+  ASSERT_GT(report.continued_error, 0.1);
+  EXPECT_THAT(report.message, HasSubstr("the continuation is off by"));
+}
+
 TEST(SceneRecovery, ASimulatedBodyOfTwoMaterialsIsRecoveredWithoutThem) {
   // Soft behind the middle, mass-damped: alpha / (2 omega) of critical.
   scene::Scene truth = base_scene(90);
@@ -183,7 +259,7 @@ TEST(SceneRecovery, ASceneWithAShorterMotionKeepsWhatIsInItsFrames) {
   scene.keyframes.resize(2);
   scene.keyframes[0].frame = 12;
   scene.keyframes[1].frame = 3;
-  const Eigen::VectorXf rest = scene.mesh.nodes.reshaped().cast<float>();
+  const Eigen::VectorXd rest = scene.mesh.nodes.reshaped();
   const scene::Scene shorter = with_base_motion(scene, rest.replicate(1, 10));
   EXPECT_EQ(shorter.frame_count, 10);
   ASSERT_EQ(shorter.constraints.size(), 1u);

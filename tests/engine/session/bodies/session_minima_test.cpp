@@ -1,8 +1,10 @@
 // Problems with several minima: which one a session shows is no accident.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "engine/scene/samples/samples.h"
+#include "engine/session/bodies/start_search.h"
 #include "tests/engine/session/bodies/session_support.h"
 
 namespace limber::session {
@@ -62,6 +64,130 @@ TEST(SessionMinima, AColdSolveThatEndsHigherReplacesNothing) {
   EXPECT_EQ(cold->report.total_energy, lower->report.total_energy);
   EXPECT_NE(cold->report.message.find("cold solve"), std::string::npos) << cold->report.message;
   EXPECT_LT(distance(*cold, *lower), 1e-12);
+}
+
+/// The final result with which the comparison of starts ends.
+std::shared_ptr<const BodyResult> wait_compared(Live& live, Revision revision) {
+  auto result = live.recorder->wait_final(revision);
+  while (result && !result->starts) result = live.recorder->wait_final(revision, result->sequence);
+  return result;
+}
+
+TEST(SessionMinima, FurtherStartsFindTheLowerOptimumWithoutEdits) {
+  Live alone(scene::make_sample("bird"));
+  const auto first = alone.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->starts);
+  SessionOptions options;
+  options.start_search = StartSearchOptions{};
+  options.start_search->least_reach = 0;
+  std::vector<double> energies;
+  for (int run = 0; run < 2; ++run) {
+    Live live(scene::make_sample("bird"), options);
+    const auto compared = wait_compared(live, 0);
+    ASSERT_TRUE(compared);
+    EXPECT_EQ(compared->report.status, SolveStatus::kConverged);
+    EXPECT_GT(compared->starts->compared, 3);
+    EXPECT_EQ(compared->starts->budget, 7);
+    EXPECT_GE(compared->starts->optima, 2);
+    EXPECT_GT(compared->starts->largest_distance, 0);
+    EXPECT_LE(compared->starts->lowest_energy, first->report.total_energy);
+    EXPECT_NEAR(compared->report.total_energy, compared->starts->lowest_energy,
+                1e-3 * compared->starts->lowest_energy);
+    EXPECT_THAT(compared->report.message, ::testing::HasSubstr("different optima"));
+    energies.push_back(compared->report.total_energy);
+  }
+  EXPECT_LT(energies[0], 0.9 * first->report.total_energy);
+  EXPECT_NEAR(energies[0], energies[1], 1e-9 * energies[0]) << "the same in every session";
+}
+
+TEST(SessionMinima, StartsThatAgreeAreCountedAndChangeNothing) {
+  SessionOptions options;
+  options.start_search = StartSearchOptions{};
+  options.start_search->least_reach = 0;
+  Live live(test::bent_bar(), options);
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  const auto compared = wait_compared(live, 0);
+  ASSERT_TRUE(compared);
+  EXPECT_EQ(compared->starts->optima, 1);
+  EXPECT_EQ(compared->starts->compared, compared->starts->budget);
+  EXPECT_EQ(compared->report.total_energy, first->report.total_energy);
+  EXPECT_LT(compared->starts->largest_distance, 1e-5);
+}
+
+TEST(SessionMinima, StartsAreComparedAnewForAnotherNumberOfConstraints) {
+  SessionOptions options;
+  options.start_search = StartSearchOptions{};
+  options.start_search->least_reach = 0;
+  Live live(test::bent_bar(), options);
+  const auto first = wait_compared(live, 0);
+  ASSERT_TRUE(first);
+  const auto moved_by = [&](int frame) -> Eigen::Vector3d {
+    return test::tip_at(live.session, *first, frame) - test::tip_at(live.session, *first, 0);
+  };
+  const std::uint64_t id = live.session.constraints().front().id;
+  const auto dragged = live.edit({MoveConstraint{id, Eigen::Vector3d(0, 0.101, 0.05)}});
+  ASSERT_TRUE(dragged);
+  EXPECT_FALSE(dragged->awaits_starts) << "a drag goes on";
+  const auto added = live.edit({AddConstraint{held(15, test::kTip, moved_by(15))}});
+  ASSERT_TRUE(added);
+  ASSERT_LT((added->modal - first->modal).norm(), 0.5 * first->modal.norm())
+      << "else the motion alone would be a reason";
+  EXPECT_TRUE(added->awaits_starts);
+}
+
+TEST(SessionMinima, TheWorkOfASearchIsBounded) {
+  StartSearchOptions options;
+  EXPECT_EQ(options.starts_within(4, 129, 2000), 6);
+  EXPECT_EQ(options.starts_within(24, 129, 2000), 6);
+  EXPECT_EQ(options.starts_within(24, 129, 20'000), 0) << "an order is 24 solves";
+  EXPECT_EQ(options.starts_within(4, 129, 20'000), 6);
+  EXPECT_EQ(options.starts_within(8, 129, 20'000), 3) << "21 solves: one, and two orders of 8";
+  EXPECT_EQ(options.starts_within(24, 5000, 20'000), 0);
+  options.most_work = 0;
+  EXPECT_EQ(options.starts_within(2, 1, 1), 0);
+}
+
+TEST(SessionMinima, SearchesAreMadeOfAsManyStartsAsTheWorkAllows) {
+  SessionOptions options;
+  options.start_search = StartSearchOptions{};
+  options.start_search->least_reach = 0;
+  const scene::Scene scene = test::bent_bar();
+  const std::int64_t solve = std::int64_t{scene.frame_count} * scene.mesh.tet_count();
+  options.start_search->most_work = 5 * solve;  // at once, and two orders of two constraints
+  {
+    Live live(scene, options);
+    const auto compared = wait_compared(live, 0);
+    ASSERT_TRUE(compared);
+    EXPECT_EQ(compared->starts->budget, 4);
+    EXPECT_EQ(compared->starts->compared, 4);
+  }
+  options.start_search->most_work = 2 * solve;
+  Live live(scene, options);
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->awaits_starts);
+}
+
+TEST(SessionMinima, OfAnOptimumThatIsNotTakenOverIsNotSaidThatItIsShown) {
+  StartComparison comparison;
+  comparison.compared = 5;
+  comparison.optima = 2;
+  using ::testing::HasSubstr;
+  EXPECT_THAT(describe_starts(comparison, 1), HasSubstr("the lowest one is shown"));
+  const std::string before = describe_starts(comparison, 1, ShownStart::kBefore);
+  EXPECT_THAT(before, HasSubstr("could not be taken over"));
+  EXPECT_THAT(before, ::testing::Not(HasSubstr("the lowest one is shown")));
+}
+
+TEST(SessionMinima, SmallMotionsAreNotCompared) {
+  SessionOptions options;
+  options.start_search = StartSearchOptions{};
+  Live live(test::bent_bar(), options);
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->awaits_starts);
 }
 
 }  // namespace

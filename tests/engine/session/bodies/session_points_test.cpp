@@ -61,9 +61,9 @@ Eigen::Matrix3Xd shown_vertices(const scene::Scene& scene, const BodySession& se
                                 const BodyResult& result, int frame) {
   const auto embedding =
       scene::embed_surface(scene.mesh.nodes, scene.mesh.tets, scene.surface->surface.vertices);
-  const Eigen::MatrixXf moved =
+  const Eigen::MatrixXd moved =
       scene::embedded_positions(embedding, session.positions(result, frame, 1));
-  return Eigen::Map<const Eigen::Matrix3Xf>(moved.data(), 3, moved.size() / 3).cast<double>();
+  return Eigen::Map<const Eigen::Matrix3Xd>(moved.data(), 3, moved.size() / 3);
 }
 
 /// The triangle of the bar's end face nearest to a point of it.

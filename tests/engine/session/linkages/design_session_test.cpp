@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "engine/scene/samples/linkage_samples.h"
 #include "tests/engine/session/linkages/live_designs.h"
@@ -364,6 +368,26 @@ TEST(DesignSession, ALinkageOutOfBalanceIsNotDesigned) {
   EXPECT_EQ(end->end, DesignEnd::kFailed);
   EXPECT_NE(end->message.find("equilibrium"), std::string::npos) << end->message;
   EXPECT_THROW(live.session.take_design(), Error);
+}
+
+TEST(DesignSession, DesignsAreLongTasks) {
+  std::deque<std::function<void()>> tasks;
+  std::vector<Urgency> posted;
+  const Executor executor = [&](Executor::Task task, Urgency urgency) {
+    tasks.push_back(std::move(task));
+    posted.push_back(urgency);
+  };
+  const auto run_all = [&] {
+    for (; !tasks.empty(); tasks.pop_front()) tasks.front()();
+  };
+  LinkageSession session("long", curved_grid(), {}, executor, std::make_shared<Watcher>());
+  run_all();
+  EXPECT_EQ(std::count(posted.begin(), posted.end(), Urgency::kLong), 0);
+  session.start_design(request());
+  EXPECT_EQ(posted.back(), Urgency::kLong) << "so that checks of other sessions keep a place";
+  session.stop_design();
+  run_all();
+  EXPECT_EQ(session.design()->state, DesignState::kEnded);
 }
 
 TEST(DesignSession, LengthsAreEditsThatTheShapeFollows) {

@@ -114,9 +114,9 @@ TEST(DesignSizes, AreEditsThatTheShapeFollowsAndWeighs) {
       thick->statics->detail(thick->frames->rightCols<1>(), thick->strains->rightCols<1>());
   EXPECT_EQ(detail.segments[3].section_scale, 2);
   // What is drawn of it is twice as thick.
-  const Eigen::VectorXf column = thick->frames->rightCols<1>();
+  const Eigen::VectorXd column = thick->frames->rightCols<1>();
   const auto diagonal = [&](const Eigen::VectorXd& scales) {
-    const Eigen::VectorXf surface = live.session.surface(column, scales);
+    const Eigen::VectorXd surface = live.session.surface(column, scales);
     return (surface.segment<3>(0) - surface.segment<3>(6)).norm();
   };
   EXPECT_NEAR(diagonal(before->section_scales), std::hypot(6, 1.5), 1e-3);

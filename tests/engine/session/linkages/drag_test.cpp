@@ -89,7 +89,7 @@ TEST(LinkageDrag, TheFirstShapeOfAMoveIsNearerAndNotFinal) {
   ASSERT_TRUE(first);
   EXPECT_FALSE(first->is_final);
   EXPECT_FALSE(first->report.converged());
-  const Eigen::VectorXf end = final->frames->rightCols<1>();
+  const Eigen::VectorXd end = final->frames->rightCols<1>();
   EXPECT_LT((first->frames->rightCols<1>() - end).norm(),
             (held->frames->rightCols<1>() - end).norm());
   EXPECT_FALSE(live.recorder->has_gap());

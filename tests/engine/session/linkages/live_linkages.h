@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -92,8 +93,8 @@ class LinkageRecorder : public LinkageListener {
 
 /// A session, and who listens to it.
 struct LiveSession {
-  explicit LiveSession(scene::Linkage linkage)
-      : session("live", std::move(linkage), {}, pool.executor(), recorder) {}
+  explicit LiveSession(scene::Linkage linkage, std::optional<RecalledAnswer> recalled = {})
+      : session("live", std::move(linkage), {}, pool.executor(), recorder, std::move(recalled)) {}
   std::shared_ptr<LinkageRecorder> recorder = std::make_shared<LinkageRecorder>();
   test::Pool pool{1};
   LinkageSession session;
@@ -114,14 +115,14 @@ inline scene::Linkage hyperboloid() {
 inline Eigen::Vector3d joint_at(const LinkageSession& session, const LinkageResult& result,
                                 int joint) {
   const auto geometry = session.geometry();
-  const Eigen::VectorXf shape = result.frames->rightCols<1>();
+  const Eigen::VectorXd shape = result.frames->rightCols<1>();
   Eigen::Index at = 0;
   for (std::size_t s = 0; s < geometry->edges.size(); ++s) {
     const int edges = geometry->edges[s];
     for (int end = 0; end < 2; ++end) {
       if (geometry->joints_of_segment(end, static_cast<Eigen::Index>(s)) != joint) continue;
       const Eigen::Index first = at + 3 * Eigen::Index{end == 0 ? 0 : edges - 1};
-      return (0.5F * (shape.segment<3>(first) + shape.segment<3>(first + 3))).cast<double>();
+      return (0.5 * (shape.segment<3>(first) + shape.segment<3>(first + 3))).cast<double>();
     }
     at += 6 * Eigen::Index{edges} + 3;
   }

@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/base/degrees.h"
+#include "engine/rods/design/erection.h"
 #include "engine/rods/design/starting_grid.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "tests/engine/rods/design/small_patches.h"
 #include "tests/engine/session/linkages/live_linkages.h"
 
@@ -16,6 +20,10 @@ namespace {
 
 using testing::hyperboloid;
 using testing::LiveSession;
+
+Eigen::Matrix3Xd joints_of(const LinkageResult& result) {
+  return rods::joint_positions(*result.state);
+}
 
 /// From where the linkage lies to 40 degrees farther.
 std::shared_ptr<const scene::LinkageErection> push_of(double force, double from) {
@@ -147,6 +155,162 @@ TEST(LiveLinkageErection, AShapeOnTheOtherSideOfThePlaneIsReported) {
       << message;
   EXPECT_EQ(open(grid, 0).find("other side"), std::string::npos);
   EXPECT_EQ(open(grid, 1).find("other side"), std::string::npos);
+}
+
+/// The same grid drawn elsewhere: its push is that of where it was designed.
+TEST(LiveLinkageErection, ThePushTurnsWithTheLinkage) {
+  const FlatGrid grid(1);
+  const auto opened = [&](const Eigen::Matrix3d& turn, bool is_pinned) {
+    scene::Linkage turned = grid.linkage;
+    turned.lines.vertices = turn * grid.linkage.lines.vertices;
+    if (!is_pinned) turned.conditions.pins.clear();
+    LiveSession live(turned);
+    const auto flat = live.recorder->wait_final(0);
+    auto erection = std::make_shared<scene::LinkageErection>(*grid.push);
+    erection->path = {flat->mean_angle, erection->mean_angle};
+    erection->flat_positions = turn.transpose() * joints_of(*flat);
+    const auto open = live.edit({SetErection{erection}, SetMeanAngle{erection->mean_angle}});
+    EXPECT_EQ(open->report.status, rods::EquilibriumStatus::kConverged);
+    return joints_of(*open);
+  };
+  const Eigen::Matrix3Xd designed = opened(Eigen::Matrix3d::Identity(), true);
+  for (const double angle : {0.5, 1.6, 2.5, 3.1}) {
+    for (const bool is_pinned : {true, false}) {
+      const Eigen::Matrix3d turn =
+          Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 0.3, -0.2).normalized()).toRotationMatrix();
+      EXPECT_LT(rods::distance_between_shapes(opened(turn, is_pinned), designed), 1e-2) << angle;
+    }
+  }
+  EXPECT_GT(rods::distance_to_mirror_image(designed, designed), 3);
+}
+
+/// With its pin and without it, which lets it float.
+TEST(LiveLinkageErection, OpensToTheSameShapeAfterAnyNumberOfCycles) {
+  const FlatGrid grid(1);
+  for (const bool is_pinned : {true, false}) {
+    scene::Linkage linkage = grid.linkage;
+    if (!is_pinned) linkage.conditions.pins.clear();
+    LiveSession live(linkage);
+    const auto flat = live.recorder->wait_final(0);
+    ASSERT_TRUE(flat);
+    auto erection = std::make_shared<scene::LinkageErection>(*grid.push);
+    erection->path = {flat->mean_angle, erection->mean_angle};
+    live.edit({SetErection{erection}});
+    Eigen::Matrix3Xd first;
+    for (int cycle = 0; cycle < 50; ++cycle) {
+      const auto open = live.edit({SetMeanAngle{erection->mean_angle}});
+      ASSERT_EQ(open->report.status, rods::EquilibriumStatus::kConverged) << open->report.message;
+      if (cycle == 0) first = joints_of(*open);
+      ASSERT_LT(rods::distance_between_shapes(joints_of(*open), first), 1e-2) << cycle;
+      live.edit({SetMeanAngle{flat->mean_angle}});
+    }
+  }
+}
+
+/// To the side for which it was not designed: the shape is said to be the mirror image.
+TEST(LiveLinkageErection, AMirrorImageIsReported) {
+  const FlatGrid grid(1);
+  LiveSession live(grid.linkage);
+  const auto flat = live.recorder->wait_final(0);
+  ASSERT_TRUE(flat);
+  const auto erection_to = [&](const FlatGrid& side) {
+    auto erection = std::make_shared<scene::LinkageErection>(*side.push);
+    erection->path = {flat->mean_angle, erection->mean_angle};
+    return erection;
+  };
+  auto erection = erection_to(grid);
+  const auto open = live.edit({SetErection{erection}, SetMeanAngle{erection->mean_angle}});
+  ASSERT_TRUE(open);
+  EXPECT_EQ(open->report.message.find("mirror"), std::string::npos) << open->report.message;
+  auto opposite = erection_to(FlatGrid(-1));
+  opposite->positions = joints_of(*open);  // it promises what its push does not lead to
+  live.edit({SetMeanAngle{flat->mean_angle}});
+  const auto mirrored = live.edit({SetErection{opposite}, SetMeanAngle{erection->mean_angle}});
+  ASSERT_TRUE(mirrored);
+  EXPECT_NE(mirrored->report.message.find("the shape is the mirror image of the designed one"),
+            std::string::npos)
+      << mirrored->report.message;
+  opposite->positions = joints_of(*mirrored);
+  live.edit({SetMeanAngle{flat->mean_angle}});
+  const auto kept = live.edit({SetErection{std::make_shared<scene::LinkageErection>(*opposite)},
+                               SetMeanAngle{erection->mean_angle}});
+  EXPECT_EQ(kept->report.message.find("mirror"), std::string::npos) << kept->report.message;
+}
+
+/// A grid open to the side it was designed for, with a pin that may say where its joint is.
+struct OpenGrid {
+  explicit OpenGrid(bool has_position) : live(grid.linkage) {
+    const auto flat = live.recorder->wait_final(0);
+    if (!flat) return;
+    auto erection = std::make_shared<scene::LinkageErection>(*grid.push);
+    erection->path = {flat->mean_angle, erection->mean_angle};
+    open = live.edit({SetErection{erection}, SetMeanAngle{erection->mean_angle}});
+    if (!open || !has_position) return;
+    const Eigen::Vector3d here = joints_of(*open).col(FlatGrid::kMiddle);
+    open = live.edit({PinJoint{FlatGrid::kMiddle, scene::Held::kMotion, here}});
+  }
+  /// Its push, times a factor, as loads that stay.
+  [[nodiscard]] std::vector<LinkageEdit> loads(double factor) const {
+    std::vector<LinkageEdit> edits;
+    for (scene::JointLoad load : grid.push->push) {
+      load.force *= factor;
+      edits.emplace_back(SetJointLoad{load});
+    }
+    return edits;
+  }
+  [[nodiscard]] bool is_mirrored(const LinkageResult& now) const {
+    return rods::distance_to_mirror_image(joints_of(now), joints_of(*open)) <
+           0.5 * rods::distance_between_shapes(joints_of(now), joints_of(*open));
+  }
+  const FlatGrid grid{1};
+  LiveSession live;
+  std::shared_ptr<const LinkageResult> open;
+};
+
+/// Loads that push it through its plane make it jump, which is an event of the path. A pin that
+/// stays where it is moves nothing.
+TEST(LiveLinkageErection, AJumpToTheMirrorImageIsReported) {
+  for (const bool has_position : {false, true}) {
+    OpenGrid grid(has_position);
+    ASSERT_TRUE(grid.open);
+    const auto pushed = grid.live.edit(grid.loads(-40));
+    ASSERT_TRUE(pushed && !pushed->solve_failed) << pushed->report.message;
+    ASSERT_TRUE(grid.is_mirrored(*pushed));
+    EXPECT_NE(pushed->report.message.find("jumped to the mirror image"), std::string::npos)
+        << pushed->report.message;
+    EXPECT_TRUE(std::any_of(pushed->path.begin(), pushed->path.end(), [](const auto& step) {
+      return step.event != rods::BranchEvent::kNone;
+    }));
+  }
+}
+
+/// Without its mean angle it balances with its pin where that was, or says that it has jumped.
+TEST(LiveLinkageErection, AReleasedMeanAngleLeavesAnEquilibriumWithThePinMet) {
+  for (const bool has_position : {false, true}) {
+    OpenGrid grid(has_position);
+    ASSERT_TRUE(grid.open);
+    const auto released = grid.live.edit({SetMeanAngle{}});
+    ASSERT_TRUE(released);
+    ASSERT_EQ(released->report.status, rods::EquilibriumStatus::kConverged)
+        << released->report.message;
+    EXPECT_LT(released->report.energies.total(), grid.open->report.energies.total());
+    EXPECT_EQ(grid.is_mirrored(*released),
+              released->report.message.find("mirror") != std::string::npos)
+        << released->report.message;
+    const Eigen::Vector3d middle = joints_of(*grid.open).col(FlatGrid::kMiddle);
+    EXPECT_LT((joints_of(*released).col(FlatGrid::kMiddle) - middle).norm(), 1e-6 * 280);
+  }
+}
+
+TEST(LiveLinkageErection, ADesignWithoutAWayToOpenIsMarked) {
+  LiveSession live(hyperboloid());
+  const auto flat = live.recorder->wait_final(0);
+  ASSERT_TRUE(flat);
+  live.edit({SetErection{without_erection("none was found")}});
+  const auto open = live.edit({SetMeanAngle{flat->mean_angle + 20 * kDegree}});
+  EXPECT_NE(open->report.message.find("no way to open this design to its shape is known: none was"),
+            std::string::npos)
+      << open->report.message;
 }
 
 TEST(LiveLinkageErection, OtherSupportsThanTheDesignsAreWarnedOf) {

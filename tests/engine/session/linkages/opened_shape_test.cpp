@@ -106,6 +106,64 @@ TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
   expect_same_energy(*is, *requested);
 }
 
+/// An answer that was stored comes back as it was, in every digit that its shape was stored with.
+TEST(OpenedShape, AnAnswerThatComesBackIsNotSolvedAgain) {
+  LiveSession live(hyperboloid());
+  ASSERT_TRUE(pin_and_open(live));
+  std::shared_ptr<const LinkageResult> was;
+  for (const int joint : {40, 12, 61}) {
+    scene::JointLoad load;
+    load.joint = joint;
+    load.force = {0.4, -0.3, 0.05 * joint};
+    was = live.edit({SetJointLoad{load}});
+  }
+  ASSERT_TRUE(was && !was->solve_failed) << was->report.message;
+  const scene::Linkage saved = live.session.linkage_in_shape();
+  const RecalledAnswer answer{0, was->report.status, false, "as it was"};
+  LiveSession again(saved, answer);
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is);
+  EXPECT_EQ(is->report.status, was->report.status);
+  EXPECT_EQ(is->report.message, "as it was");
+  EXPECT_EQ(is->report.iterations, 0);
+  EXPECT_NEAR(is->report.potential(), was->report.potential(),
+              1e-11 * std::abs(was->report.potential()));
+  expect_same_shape(*is, *was, 1e-6F);
+  const auto there = live.edit({SetMeanAngle{44 * kDegree}}),
+             here = again.edit({SetMeanAngle{44 * kDegree}});
+  ASSERT_TRUE(there && here && !here->solve_failed);
+  expect_same_energy(*here, *there);
+
+  // What does not balance is no answer, whatever was stored with it.
+  scene::Linkage damaged = saved;
+  damaged.shape->positions.col(40).z() += 1e-5;
+  LiveSession other(damaged, answer);
+  const auto found = other.recorder->wait_final(0);
+  ASSERT_TRUE(found);
+  EXPECT_NE(found->report.message, "as it was");
+  // And an answer to another revision is none to this one.
+  LiveSession newer(saved, RecalledAnswer{3, was->report.status, false, "as it was"});
+  ASSERT_TRUE(newer.recorder->wait_final(0));
+  EXPECT_NE(newer.recorder->wait_final(0)->report.message, "as it was");
+}
+
+TEST(OpenedShape, AFailedAnswerComesBackWithItsShapeAndReason) {
+  LiveSession live(hyperboloid());
+  ASSERT_TRUE(live.edit({SetMeanAngle{40 * kDegree}}));
+  const auto was = live.edit({SetJointLoad{{5, Eigen::Vector3d(0, 0, 100)}}});
+  ASSERT_TRUE(was && was->solve_failed) << "pushed, and nothing holds it";
+  LiveSession again(live.session.linkage_in_shape(),
+                    RecalledAnswer{0, was->report.status, true, was->report.message});
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is);
+  EXPECT_TRUE(is->solve_failed);
+  EXPECT_EQ(is->report.status, was->report.status);
+  EXPECT_EQ(is->report.message, was->report.message);
+  EXPECT_NEAR(is->report.potential(), was->report.potential(),
+              1e-9 * std::abs(was->report.potential()));
+  expect_same_shape(*is, *was, 1e-6F);
+}
+
 /// What failed is tried again from where the session was.
 TEST(OpenedShape, AfterAFailedEditTheLastGoodShapeIsThere) {
   LiveSession live(hyperboloid());

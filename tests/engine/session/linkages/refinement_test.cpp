@@ -130,16 +130,16 @@ TEST(Refinement, AShapeOnAnotherBranchIsNotTaken) {
   const int edges = live.session.linkage().edges_per_segment;
   EXPECT_TRUE(refine(linkage, *opened, found, edges, 60).live) << "its own branch is found";
 
-  Eigen::MatrixXf frames = *opened->frames;
+  Eigen::MatrixXd frames = *opened->frames;
   Eigen::Index at = 0;
   for (const int of_segment : opened->geometry->edges) {
     if (of_segment >= 4)
       frames.block(at + 3 * Eigen::Index{of_segment / 2}, frames.cols() - 1, 3, 1).array() +=
-          static_cast<float>(0.02 * found.size);
+          0.02 * found.size;
     at += 6 * Eigen::Index{of_segment} + 3;
   }
   LinkageResult elsewhere = *opened;
-  elsewhere.frames = std::make_shared<const Eigen::MatrixXf>(frames);
+  elsewhere.frames = std::make_shared<const Eigen::MatrixXd>(frames);
   ASSERT_LT(distance(elsewhere, *opened), 1e-9);
   const Refinement refined = refine(linkage, elsewhere, found, edges, 60);
   EXPECT_FALSE(refined.live);

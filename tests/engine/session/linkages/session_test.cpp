@@ -80,7 +80,7 @@ TEST(LinkageSession, SamplesDeploy) {
 }
 
 /// Mean of all vertices of a shape.
-Eigen::Vector3d middle(const LinkageSession& session, const Eigen::VectorXf& shape) {
+Eigen::Vector3d middle(const LinkageSession& session, const Eigen::VectorXd& shape) {
   const auto geometry = session.geometry();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Index at = 0, count = 0;
@@ -224,7 +224,7 @@ TEST(LinkageSession, TheSurfaceIsTheSectionAroundTheRods) {
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   const auto geometry = live.session.geometry();
-  const Eigen::VectorXf surface = live.session.surface(opened->frames->rightCols<1>());
+  const Eigen::VectorXd surface = live.session.surface(opened->frames->rightCols<1>());
   ASSERT_EQ(surface.size(), 3 * geometry->surface_nodes);
   EXPECT_TRUE(surface.allFinite());
   EXPECT_LT(geometry->surface.maxCoeff(), geometry->surface_nodes);
@@ -238,7 +238,7 @@ TEST(LinkageSession, TheSurfaceIsTheSectionAroundTheRods) {
   }
   double length = 0;
   Eigen::Index at = 0;
-  const Eigen::VectorXf shape = opened->frames->rightCols<1>();
+  const Eigen::VectorXd shape = opened->frames->rightCols<1>();
   for (const int edges : geometry->edges) {
     for (int i = 0; i < edges; ++i)
       length += (shape.segment<3>(at + 3 * (i + 1)) - shape.segment<3>(at + 3 * i)).norm();

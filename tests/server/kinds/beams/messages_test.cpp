@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "engine/beams/structure/beam_structure.h"
+#include "engine/session/beams/live_problem.h"
 #include "proto/json_text.h"
 #include "server/kinds/beams/edit.h"
+#include "server/kinds/beams/memory_estimate.h"
 #include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scene.h"
 #include "server/kinds/beams/scenes.h"
@@ -65,6 +67,22 @@ TEST(BeamCodec, ScenesComeBackAsTheyWent) {
   EXPECT_EQ(second.model.sections[0].bending_2, model.sections[0].bending_2);
 }
 
+TEST(BeamCodec, ShearModuliAreTakenAndComeBack) {
+  proto::Scene sent = scene();
+  auto& section = *sent.mutable_beams()->mutable_structure()->mutable_sections(0);
+  EXPECT_NEAR(decode_structure(sent).model.sections[0].shear, 2e11 / 2.6, 1);
+  section.set_shear_modulus(7e10);
+  EXPECT_EQ(refused_field([&] { (void)decode_structure(sent); }),
+            "scene.beams.structure.sections[0].poisson");
+  section.clear_poisson();
+  const DecodedBeams decoded = decode_structure(sent);
+  EXPECT_EQ(decoded.model.sections[0].shear, 7e10);
+  EXPECT_EQ(encode_beam_scene(decoded).beams().structure().sections(0).shear_modulus(), 7e10);
+  section.set_shear_modulus(-1);
+  EXPECT_EQ(refused_field([&] { (void)decode_structure(sent); }),
+            "scene.beams.structure.sections[0].shear_modulus");
+}
+
 TEST(BeamCodec, DiscretisationsComeBackAndAreChecked) {
   proto::Scene sent = scene();
   EXPECT_FALSE(decode_structure(sent).discretisation.elements_per_member);
@@ -96,10 +114,18 @@ TEST(BeamMemory, LimitsTheElementsThatAToleranceMayTake) {
   EXPECT_THROW((void)demand_beam_memory(decoded, 100'000), Refusal);
 }
 
+/// As a session keeps them.
+TEST(BeamMemory, CountsShapesAsDoubles) {
+  const beams::BeamModel model = decode_structure(scene()).model;
+  const auto shape = session::beam_coordinates(beams::BeamStructure(model).rest_state());
+  const std::uint64_t shapes = estimate_beam_bytes(model, 100) - estimate_beam_bytes(model, 0);
+  EXPECT_GE(shapes + 1, 100 * static_cast<std::uint64_t>(shape.size()) * sizeof(double));
+}
+
 TEST(BeamCodec, ResultsHaveTheirDiscretisationError) {
   session::BeamResult result;
   result.is_final = true;
-  result.frames = std::make_shared<Eigen::MatrixXf>(7, 1);
+  result.frames = std::make_shared<Eigen::MatrixXd>(7, 1);
   beams::BeamModel model = decode_structure(scene()).model;
   beams::BeamStructure structure(model);
   beams::BeamSolution solution{structure.rest_state(), {}};
@@ -108,7 +134,20 @@ TEST(BeamCodec, ResultsHaveTheirDiscretisationError) {
       session::BeamAnalysis{std::move(structure), std::move(solution), std::move(results), {}});
   EXPECT_FALSE(encode_beam_result(result).has_discretisation_error());
   session::DiscretisationCheck check;
-  check.error = {true, 0.01, 0.5, 2, 0.03, 10, 40, 4, ""};
+  check.error = {.is_known = true,
+                 .position_error = 0.01,
+                 .max_distance = 0.5,
+                 .worst_node = 2,
+                 .energy_error = 0.03,
+                 .moment_error = 0.015,
+                 .max_moment_error = 70,
+                 .worst_moment_element = 1,
+                 .utilisation_error = 0.017,
+                 .worst_utilisation_element = 3,
+                 .elements = 10,
+                 .compared_elements = 40,
+                 .order = 4,
+                 .message = ""};
   check.tolerance = 0.02;
   check.check_ms = 7;
   result.discretisation = std::make_shared<const session::DiscretisationCheck>(check);
@@ -117,11 +156,67 @@ TEST(BeamCodec, ResultsHaveTheirDiscretisationError) {
   EXPECT_EQ(message.max_distance(), 0.5);
   EXPECT_EQ(message.worst_node(), 2U);
   EXPECT_EQ(message.energy_error(), 0.03);
+  EXPECT_EQ(message.utilisation_error(), 0.017);
+  EXPECT_EQ(message.worst_utilisation_element(), 3U);
   EXPECT_EQ(message.elements(), 10U);
   EXPECT_EQ(message.compared_elements(), 40U);
   EXPECT_EQ(message.tolerance(), 0.02);
   EXPECT_TRUE(message.within_tolerance());
   EXPECT_EQ(message.check_ms(), 7);
+  EXPECT_EQ(message.moment_error(), 0.015);
+  EXPECT_EQ(message.max_moment_error(), 70);
+  EXPECT_EQ(message.worst_moment_element(), 1U);
+  check.error.utilisation_error.reset();  // no yield stress is known
+  result.discretisation = std::make_shared<const session::DiscretisationCheck>(check);
+  EXPECT_FALSE(encode_beam_result(result).discretisation_error().has_utilisation_error());
+  check.error.utilisation_error = 0.025;  // the tolerance is 0.02
+  check.error.worst_utilisation_element = 1;
+  result.discretisation = std::make_shared<const session::DiscretisationCheck>(check);
+  const proto::DiscretisationError missed = encode_beam_result(result).discretisation_error();
+  EXPECT_EQ(missed.utilisation_error(), 0.025);
+  EXPECT_EQ(missed.worst_utilisation_element(), 1U);
+  EXPECT_FALSE(missed.within_tolerance());
+  // That of the whole is not known beside a cable that sags, those of the beams are.
+  check.error.is_known = false;
+  check.error.message = "a cable sags";
+  result.discretisation = std::make_shared<const session::DiscretisationCheck>(check);
+  const proto::DiscretisationError beside = encode_beam_result(result).discretisation_error();
+  EXPECT_EQ(beside.compared_elements(), 0U);
+  EXPECT_FALSE(beside.within_tolerance());
+  EXPECT_EQ(beside.message(), "a cable sags");
+  EXPECT_EQ(beside.position_error(), 0.01);
+  EXPECT_EQ(beside.moment_error(), 0.015);
+  EXPECT_EQ(beside.utilisation_error(), 0.025);
+  // What is unknown is no error of 0.
+  check.error = {};
+  check.error.message = "no equilibrium was found";
+  result.discretisation = std::make_shared<const session::DiscretisationCheck>(check);
+  const proto::DiscretisationError unknown = encode_beam_result(result).discretisation_error();
+  EXPECT_EQ(unknown.compared_elements(), 0U);
+  EXPECT_FALSE(unknown.has_moment_error());
+  EXPECT_FALSE(unknown.within_tolerance());
+}
+
+TEST(BeamCodec, SolutionsHaveExtremesAndStations) {
+  beams::BeamModel model = decode_structure(scene()).model;
+  model.distributed_loads = {{0, {0, 0, -1}}};
+  const session::BeamAnalysis analysis = session::analyse(model, {});
+  const auto elements = static_cast<std::uint64_t>(model.elements.size());
+  const proto::BeamSolution message = encode_beams(analysis, 5);
+  const auto shape = [](const proto::Array& array) {
+    return std::vector<std::uint64_t>(array.shape().begin(), array.shape().end());
+  };
+  EXPECT_EQ(shape(message.element_extremes()), (std::vector<std::uint64_t>{elements, 6, 4}));
+  EXPECT_EQ(shape(message.stations()), (std::vector<std::uint64_t>{elements, 5, 8}));
+  EXPECT_EQ(shape(message.governing_places()), (std::vector<std::uint64_t>{elements}));
+  EXPECT_EQ(message.stations().data().size(), elements * 5 * 8 * sizeof(double));
+  EXPECT_FALSE(encode_beams(analysis, 0).has_stations());
+  proto::GetBeamSolutionRequest request;
+  EXPECT_EQ(decode_stations(request), beams::kDefaultStations);
+  request.set_stations(1);
+  EXPECT_EQ(refused_field([&] { (void)decode_stations(request); }), "stations");
+  request.set_stations(0);
+  EXPECT_EQ(decode_stations(request), 0);
 }
 
 TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {

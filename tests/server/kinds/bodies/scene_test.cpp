@@ -329,6 +329,35 @@ TEST(SceneCodec, BaseMotionsBecomeDisplacements) {
             "scene.base_motion.positions.data");
 }
 
+TEST(SceneCodec, PointCachesAloneAreMovedToWhereTheBodyIs) {
+  proto::Scene scene = small_scene(1, 3);
+  Bar bar = make_bar(1);
+  const std::vector<double> near = bar.nodes;
+  for (double& coordinate : bar.nodes) coordinate += 1e6;
+  *scene.mutable_mesh()->mutable_arrays() = mesh_of(bar);
+  // The first frame truly is at the origin.
+  std::vector<double> motion;
+  for (int frame = 0; frame < 3; ++frame) motion.insert(motion.end(), near.begin(), near.end());
+  auto* array = scene.mutable_base_motion()->mutable_positions();
+  array->set_type(proto::DATA_TYPE_FLOAT64);
+  for (const std::uint64_t extent : {3ull, 8ull, 3ull}) array->add_shape(extent);
+  array->set_data(bytes_of(motion));
+  EXPECT_EQ(decode_without_files(scene).scene.base_motion(0, 0), -1e6);
+
+  const SceneReaders readers{
+      no_loader,
+      [&](const auto&, const std::string&, int) -> Eigen::MatrixXd {
+        return Eigen::Map<const Eigen::VectorXd>(near.data(), 24).replicate(1, 3);
+      },
+      {}};
+  const auto first_of = [&](const char* path) {
+    scene.mutable_base_motion()->set_path(path);
+    return decode_scene(scene, "scene.", {}, readers).scene.base_motion(0, 0);
+  };
+  EXPECT_EQ(first_of("m.pvd"), -1e6);
+  EXPECT_NEAR(first_of("m.PC2"), 0, 1) << "the cache is relative to the body's middle";
+}
+
 TEST(SceneCodec, AMeshIsNeeded) {
   EXPECT_EQ(refusal_of([] { (void)decode_without_files(proto::Scene()); }).field(), "scene.mesh");
 }

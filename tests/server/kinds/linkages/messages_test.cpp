@@ -110,6 +110,13 @@ TEST(LinkageCodec, EverythingButTheLinesComesBack) {
     linkage.conditions.targets = {{7, 2, -1, 0.5, {4, 5, 6}, 10}, {8, -1, 6, 0.25, {7, 8, 9}, 11}};
     linkage.conditions.loads = {{1, {1, 2, 3}, {4, 5, 6}, 7}};
     linkage.conditions.gravity = {0, 0, -9.81};
+    scene::LinkageErection erection;
+    erection.mean_angle = 0.5;
+    erection.path = {0.25, 0.5};
+    erection.path_moments = {-1.5e-3, 2.5};
+    erection.support = scene::JointLoad{4, {1, 2, 3}, {4, 5, 6}};
+    linkage.length_unit_in_metres = 1e-3;
+    linkage.conditions.erection = std::make_shared<const scene::LinkageErection>(erection);
     proto::Scene message = encode_linkage(linkage);
     *message.mutable_linkage()->mutable_lines() = cross().linkage().lines();
     const scene::Linkage back = decode_linkage(message, "", no_lines);
@@ -121,6 +128,10 @@ TEST(LinkageCodec, EverythingButTheLinesComesBack) {
     EXPECT_EQ(back.conditions.targets[1].joint, -1);
     EXPECT_NEAR(*back.conditions.mean_angle, -0.5, 1e-15);
     EXPECT_EQ(back.conditions.loads[0].torque, 7);
+    ASSERT_TRUE(back.conditions.erection);
+    EXPECT_EQ(back.conditions.erection->path_moments, erection.path_moments) << "N m in any unit";
+    ASSERT_TRUE(back.conditions.erection->support);
+    EXPECT_EQ(back.conditions.erection->support->moment, Eigen::Vector3d(4, 5, 6));
   }
 }
 

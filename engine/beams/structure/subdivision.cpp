@@ -1,4 +1,4 @@
-#include "engine/beams/refinement/subdivision.h"
+#include "engine/beams/structure/subdivision.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/session/core/values.h"
+
+namespace limber::session {
+
+/// What the final answer was that a session gave in the shape which its scene has, before it was
+/// stored.
+struct RecalledAnswer {
+  Revision revision = 0;  // of the request
+  rods::EquilibriumStatus status = rods::EquilibriumStatus::kConverged;
+  bool solve_failed = false;  // the shape is the last equilibrium before
+  std::string message;
+};
+
+}  // namespace limber::session
