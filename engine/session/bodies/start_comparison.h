@@ -27,8 +27,9 @@ struct StartSearchOptions {
 
 /// Further starts of one problem.
 struct StartComparison {
-  int compared = 0;          // that ended in an optimum, the shown motion among them
-  int optima = 0;            // different ones among these
+  int compared = 0;          // that ended in a motion, the shown one among them
+  int unconverged = 0;       // of these, without convergence: no optima
+  int optima = 0;            // different ones among those that converged
   int budget = 0;            // starts that are allowed, the shown motion among them
   double lowest_energy = 0;  // total energies
   double highest_energy = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -26,9 +27,12 @@ constexpr double kSameEnergy = 1e-3;
 constexpr Eigen::Index kComparedFrames = 16;
 constexpr std::uint64_t kSeed = 20260;
 
+/// Iterations of a solve that is followed by others: the next constraint does not wait for the end.
+constexpr int kIterationsOnTheWay = 40;
+
 struct EndedStart {
   Eigen::MatrixXd motion;
-  double energy = 0;
+  SolveReport report;
 };
 
 /// Orders in which constraints are added. Empty: all at once, from rest.
@@ -74,31 +78,47 @@ class StartSolver {
 
   [[nodiscard]] const std::vector<PositionConstraint>& constraints() const { return constraints_; }
 
-  /// @returns nothing where the start does not end in an optimum
+  /// @returns nothing where the start ends without a motion
   [[nodiscard]] std::optional<EndedStart> solve(const std::vector<std::size_t>& order) const {
+    spacetime::Solver solver = make_solver();
+    SolveReport report;
+    if (order.empty()) {
+      for (const PositionConstraint& constraint : constraints_) solver.add(constraint);
+      report = iterate(solver, std::numeric_limits<int>::max());
+    }
+    for (const std::size_t next : order) {
+      solver.add(constraints_[next]);
+      const bool is_last = next == order.back();
+      report = iterate(solver, is_last ? std::numeric_limits<int>::max() : kIterationsOnTheWay);
+    }
+    if (!std::isfinite(report.total_energy)) return std::nullopt;
+    return EndedStart{solver.motion(), report};
+  }
+
+  /// The start whose end is best; the shown motion, which is first, where no other is clearly so.
+  [[nodiscard]] std::size_t best_of(const std::vector<EndedStart>& ended) const {
+    spacetime::Solver solver = make_solver();
+    for (const PositionConstraint& constraint : constraints_) solver.add(constraint);
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < ended.size(); ++i)
+      if (solver.prefers(ended[i].report, ended[best].report)) best = i;
+    return best;
+  }
+
+ private:
+  [[nodiscard]] spacetime::Solver make_solver() const {
     const spacetime::Material material =
         map_material(request_.problem.dynamics, request_.modes, *request_.model);
     spacetime::Solver solver(kinematics_, material.dynamics, request_.problem.timeline, options_,
                              material.mixing);
     solver.set_weight_scale(request_.problem.weight_scale);
-    SolveReport report;
-    if (order.empty()) {
-      for (const PositionConstraint& constraint : constraints_) solver.add(constraint);
-      report = solve_once(solver);
-    }
-    for (const std::size_t next : order) {
-      solver.add(constraints_[next]);
-      report = solve_once(solver);
-    }
-    if (report.status != SolveStatus::kConverged || !std::isfinite(report.total_energy))
-      return std::nullopt;
-    return EndedStart{solver.motion(), report.total_energy};
+    return solver;
   }
 
- private:
-  [[nodiscard]] SolveReport solve_once(spacetime::Solver& solver) const {
+  [[nodiscard]] SolveReport iterate(spacetime::Solver& solver, int most) const {
+    int taken = 0;
     SolveReport report = solver.solve({job_.cancellation, {}}, [&](const auto& /*improved*/) {
-      return !job_.cancellation.requested();
+      return ++taken < most && !job_.cancellation.requested();
     });
     job_.throw_if_cancelled();
     return report;
@@ -154,42 +174,44 @@ int StartSearchOptions::starts_within(int constraints, int frames, int tets) con
 StartFinding search_starts(const StartRequest& request, const spacetime::SolverOptions& solver,
                            const JobContext& job) {
   const StartSolver starts(request, solver, job);
-  std::vector<EndedStart> ended = {{request.result->modal, request.result->report.total_energy}};
+  std::vector<EndedStart> ended = {{request.result->modal, request.result->report}};
   for (const auto& order : orders_of(starts.constraints(), request.starts)) {
     if (auto one = starts.solve(order)) ended.push_back(std::move(*one));
   }
+  const std::size_t best = starts.best_of(ended);
   StartFinding finding;
+  if (best > 0) finding.motion = ended[best].motion;
   StartComparison& comparison = finding.comparison;
   comparison.budget = request.starts + 1;
   comparison.compared = static_cast<int>(ended.size());
-  const auto is_lower = [](const EndedStart& a, const EndedStart& b) {
-    return a.energy < b.energy;
-  };
-  auto best = std::min_element(ended.begin(), ended.end(), is_lower);
-  // What differs in the last digits alone is the shown motion.
-  if (best->energy > (1 - kSameEnergy) * ended.front().energy) best = ended.begin();
-  if (best != ended.begin()) finding.motion = best->motion;
-  const Eigen::MatrixXd shown = shapes_of(request, best->motion, job);
+  const Eigen::MatrixXd shown = shapes_of(request, ended[best].motion, job);
+  std::vector<double> energies, optima;
   for (const EndedStart& one : ended) {
     comparison.largest_distance = std::max(
         comparison.largest_distance, largest_distance(shown, shapes_of(request, one.motion, job)));
+    energies.push_back(one.report.total_energy);
+    if (one.report.status == SolveStatus::kConverged) optima.push_back(one.report.total_energy);
   }
-  std::sort(ended.begin(), ended.end(), is_lower);
-  comparison.lowest_energy = ended.front().energy;
-  comparison.highest_energy = ended.back().energy;
-  comparison.optima = 1;
-  for (std::size_t i = 1; i < ended.size(); ++i)
-    if (ended[i].energy > (1 + kSameEnergy) * ended[i - 1].energy) ++comparison.optima;
+  const auto [lowest, highest] = std::minmax_element(energies.begin(), energies.end());
+  comparison.lowest_energy = *lowest;
+  comparison.highest_energy = *highest;
+  comparison.unconverged = static_cast<int>(ended.size() - optima.size());
+  std::sort(optima.begin(), optima.end());
+  for (std::size_t i = 0; i < optima.size(); ++i)
+    if (i == 0 || optima[i] > (1 + kSameEnergy) * optima[i - 1]) ++comparison.optima;
   return finding;
 }
 
 std::string describe_starts(const StartComparison& comparison, double length_unit,
                             ShownStart shown) {
-  if (comparison.optima < 2) return {};
+  if (comparison.optima < 2 && comparison.unconverged == 0) return {};
+  const std::string ended =
+      comparison.unconverged == 0
+          ? fmt::format("and ended in {} different optima", comparison.optima)
+          : fmt::format("and {} of them did not converge", comparison.unconverged);
   return fmt::format(
-      "{} starts were compared and ended in {} different optima, of total energies {:.4g} to "
-      "{:.4g} and up to {:.3g} apart: {}.",
-      comparison.compared, comparison.optima, comparison.lowest_energy, comparison.highest_energy,
+      "{} starts were compared {}, of total energies {:.4g} to {:.4g} and up to {:.3g} apart: {}.",
+      comparison.compared, ended, comparison.lowest_energy, comparison.highest_energy,
       comparison.largest_distance / length_unit,
       shown == ShownStart::kLowest
           ? "the lowest one is shown, and a still lower one is possible"

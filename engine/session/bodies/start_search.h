@@ -11,7 +11,7 @@
 namespace limber::session {
 
 struct StartRequest {
-  std::shared_ptr<const BodyResult> result;  // exact and converged
+  std::shared_ptr<const BodyResult> result;  // exact, at the end of its solve
   std::shared_ptr<const reduced::ReducedModel> model;
   std::shared_ptr<const BodyParts> body;
   ModeProblem problem;
@@ -21,7 +21,7 @@ struct StartRequest {
 
 struct StartFinding {
   StartComparison comparison;
-  Eigen::MatrixXd motion;  // z of a lower optimum than the result's; empty: there is none
+  Eigen::MatrixXd motion;  // z of a better end than the result's; empty: there is none
 };
 
 /// Solves one problem with the full map from several starts: from rest, and with its constraints
@@ -34,7 +34,8 @@ struct StartFinding {
 
 enum class ShownStart { kLowest, kBefore };
 
-/// A sentence on a search that found other optima; empty where all starts end in the same one.
+/// A sentence on a search that found other optima or starts that did not converge; empty where all
+/// starts end in the same one.
 /// @param length_unit  of the scene [m]
 [[nodiscard]] std::string describe_starts(const StartComparison& comparison, double length_unit,
                                           ShownStart shown = ShownStart::kLowest);

@@ -12,6 +12,9 @@
 // edit interrupts both.
 
 namespace limber::session {
+
+using spacetime::SolveStatus;
+
 namespace {
 
 constexpr double kUnpublished = -std::numeric_limits<double>::infinity();
@@ -37,8 +40,7 @@ int BodySession::Impl::starts_to_compare() const {
 
 bool BodySession::Impl::is_several_optima_possible(const BodyResult& result) const {
   if (!options_.start_search) return false;
-  if (!result.is_exact || result.report.status != spacetime::SolveStatus::kConverged ||
-      result.report.rank_deficient || result.starts || result.solve_failed)
+  if (!result.is_exact || result.report.rank_deficient || result.starts || result.solve_failed)
     return false;
   if (problem_->variables() != scene::MaterialVariables::kMotion || problem_->has_fitted() ||
       problem_->has_keyframes())
@@ -157,8 +159,9 @@ std::shared_ptr<BodyResult> BodySession::Impl::with_start(const StartFinding& fi
   std::optional<spacetime::SolveReport> report = polish(round, start, kUnpublished);
   if (report && is_exact_ && solver.prefers(*report, before.report)) {
     add_sentence(report->message,
-                 fmt::format("A lower optimum was found from another start: total energy {:.6g} "
+                 fmt::format("A lower {} was found from another start: total energy {:.6g} "
                              "instead of {:.6g}.",
+                             report->status == SolveStatus::kConverged ? "optimum" : "motion",
                              report->total_energy, before.report.total_energy));
     add_sentence(report->message,
                  describe_starts(finding.comparison, document_.unedited()->length_unit_in_metres));

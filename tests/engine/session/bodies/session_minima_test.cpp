@@ -116,6 +116,25 @@ TEST(SessionMinima, StartsThatAgreeAreCountedAndChangeNothing) {
   EXPECT_LT(compared->starts->largest_distance, 1e-5);
 }
 
+TEST(SessionMinima, AnAnswerThatDidNotConvergeIsComparedToo) {
+  SessionOptions options;
+  options.solver.max_iterations = 4;
+  Live alone(scene::make_sample("bird"), options);
+  const auto first = alone.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  ASSERT_EQ(first->report.status, SolveStatus::kIterationLimit);
+  options.start_search = StartSearchOptions{};
+  options.start_search->least_reach = 0;
+  Live live(scene::make_sample("bird"), options);
+  const auto compared = wait_compared(live, 0);
+  ASSERT_TRUE(compared);
+  EXPECT_GT(compared->starts->compared, 3);
+  EXPECT_GE(compared->starts->unconverged, 1);
+  EXPECT_LT(compared->report.total_energy, first->report.total_energy)
+      << "constraints that are added one by one lead further";
+  EXPECT_THAT(compared->report.message, ::testing::HasSubstr("did not converge"));
+}
+
 TEST(SessionMinima, StartsAreComparedAnewForAnotherNumberOfConstraints) {
   SessionOptions options;
   options.start_search = StartSearchOptions{};
@@ -176,6 +195,8 @@ TEST(SessionMinima, OfAnOptimumThatIsNotTakenOverIsNotSaidThatItIsShown) {
   comparison.optima = 2;
   using ::testing::HasSubstr;
   EXPECT_THAT(describe_starts(comparison, 1), HasSubstr("the lowest one is shown"));
+  comparison.unconverged = 2;
+  EXPECT_THAT(describe_starts(comparison, 1), HasSubstr("2 of them did not converge"));
   const std::string before = describe_starts(comparison, 1, ShownStart::kBefore);
   EXPECT_THAT(before, HasSubstr("could not be taken over"));
   EXPECT_THAT(before, ::testing::Not(HasSubstr("the lowest one is shown")));
