@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <complex>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,43 @@ namespace limber::spacetime {
 using Real = long double;
 using DenseMatrix = reference::LongMatrix;
 using DenseVector = reference::LongVector;
+
+/// What acts on a mode in a frame, from the frame before, the frame and the next: by the definition
+/// of each form, in long double.
+struct DenseForce {
+  Real before = 0, centre = 0, next = 0;
+};
+inline DenseForce dense_force(const ModeDynamics& dynamics, Eigen::Index mode) {
+  const Real d = dynamics.damping[mode], lambda = dynamics.stiffness[mode];
+  if (dynamics.discretisation == Discretisation::kDifferences) return {1, -2 - d + lambda, 1 + d};
+  // Rates s of z'' + d z' + lambda z = 0, of which z_i = e^(-s i) must cost nothing.
+  const std::complex<Real> root = std::sqrt(std::complex<Real>(d * d / 4 - lambda, 0));
+  const auto kept = [&](Real sign) { return std::exp(-(d / 2 + sign * root)); };
+  const Real sum = (kept(1) + kept(-1)).real(), product = (kept(1) * kept(-1)).real();
+  const Real of_constant = 1 - sum + product;
+  const Real q = of_constant > 0 ? lambda / of_constant : 1;
+  return {q * product, -q * sum, q};
+}
+
+/// E_f = 1/2 |A z|^2 of one mode, columns are frames: forces, and tau times their differences, the
+/// first and the last to no force.
+inline DenseMatrix dense_forces(const ModeDynamics& dynamics, Eigen::Index mode,
+                                Eigen::Index frames) {
+  const DenseForce force = dense_force(dynamics, mode);
+  DenseMatrix plain = DenseMatrix::Zero(frames - 2, frames);
+  for (Eigen::Index i = 0; i < plain.rows(); ++i) {
+    plain(i, i) = force.before;
+    plain(i, i + 1) = force.centre;
+    plain(i, i + 2) = force.next;
+  }
+  if (dynamics.smoothing == 0) return plain;
+  const Real tau = dynamics.smoothing;
+  DenseMatrix result = DenseMatrix::Zero(2 * frames - 3, frames);
+  result.topRows(frames - 2) = plain;
+  result.middleRows(frames - 2, frames - 2) += tau * plain;
+  result.bottomRows(frames - 2) -= tau * plain;
+  return result;
+}
 
 struct DenseAnswer {
   Eigen::MatrixXd z;  // r x N
@@ -35,17 +73,12 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   const Eigen::Index first = static_cast<int>(timeline.first);
   const Eigen::Index last = frames - 1 - static_cast<int>(timeline.last);
   const Eigen::Index size = (last - first + 1) * modes;
-  DenseMatrix force = DenseMatrix::Zero((frames - 2) * modes, size);
+  const Eigen::Index of_mode = dense_forces(dynamics, 0, frames).rows();
+  DenseMatrix force = DenseMatrix::Zero(of_mode * modes, size);
   for (Eigen::Index k = 0; k < modes; ++k) {
-    const Real d = dynamics.damping[k], lambda = dynamics.stiffness[k];
-    const Real row[3] = {1, -2 - d + lambda, 1 + d};
-    for (Eigen::Index i = 1; i + 1 < frames; ++i) {
-      for (Eigen::Index a = 0; a < 3; ++a) {
-        const Eigen::Index frame = i - 1 + a;
-        if (frame >= first && frame <= last)
-          force((i - 1) * modes + k, (frame - first) * modes + k) = row[a];
-      }
-    }
+    const DenseMatrix rows = dense_forces(dynamics, k, frames);
+    for (Eigen::Index frame = first; frame <= last; ++frame)
+      force.block(k * of_mode, (frame - first) * modes + k, of_mode, 1) = rows.col(frame);
   }
   std::vector<DenseVector> soft, exact;
   std::vector<Real> soft_target, exact_target, weights;
