@@ -4,18 +4,39 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/spacetime/lane_turn.h"
 
 namespace limber::spacetime {
 
 namespace {
 
-/// Of rows whose width lies in z.
+/// Row times z, of rows whose width lies in z, kLaneWidth lanes.
 template <int kWidth>
-void add_normal(const double* v, const double* zs, double* __restrict out, Eigen::Index lanes) {
-  for (Eigen::Index k = 0; k < lanes; ++k) {
-    double value = 0;
-    unrolled<kWidth>([&](auto c) { value += v[c * lanes + k] * zs[c * lanes + k]; });
-    unrolled<kWidth>([&](auto c) { out[c * lanes + k] += v[c * lanes + k] * value; });
+LanePacket row_product(const double* v, const double* zs, Eigen::Index lanes) {
+  LanePacket value = load_lanes(v) * load_lanes(zs);
+  unrolled<kWidth - 1>([&](auto before) {
+    const Eigen::Index at = (before + 1) * lanes;
+    value += load_lanes(v + at) * load_lanes(zs + at);
+  });
+  return value;
+}
+
+template <int kWidth>
+void add_normal(const double* v, const double* zs, double* out, Eigen::Index lanes) {
+  for (Eigen::Index k = 0; k < lanes; k += kLaneWidth) {
+    const LanePacket value = row_product<kWidth>(v + k, zs + k, lanes);
+    unrolled<kWidth>([&](auto c) {
+      const Eigen::Index at = c * lanes + k;
+      store_lanes(load_lanes(out + at) + load_lanes(v + at) * value, out + at);
+    });
+  }
+}
+
+template <int kWidth>
+void add_squares(const double* v, const double* zs, double* sums, Eigen::Index lanes) {
+  for (Eigen::Index k = 0; k < lanes; k += kLaneWidth) {
+    const LanePacket value = row_product<kWidth>(v + k, zs + k, lanes);
+    store_lanes(load_lanes(sums + k) + value * value, sums + k);
   }
 }
 
@@ -50,10 +71,16 @@ double half_square(const std::vector<BandedRow>& rows, const Lanes& z) {
     const auto width = std::min(row.values.cols(), z.cols() - row.start);
     const double* zs = z.col(row.start).data();
     const double* v = row.values.data();
-    for (Eigen::Index k = 0; k < lanes; ++k) {
-      double value = 0;
-      for (Eigen::Index c = 0; c < width; ++c) value += v[c * lanes + k] * zs[c * lanes + k];
-      sums[k] += value * value;
+    if (width == 4) {
+      add_squares<4>(v, zs, sums.data(), lanes);
+    } else if (width == 6) {
+      add_squares<6>(v, zs, sums.data(), lanes);
+    } else {
+      for (Eigen::Index k = 0; k < lanes; ++k) {
+        double value = 0;
+        for (Eigen::Index c = 0; c < width; ++c) value += v[c * lanes + k] * zs[c * lanes + k];
+        sums[k] += value * value;
+      }
     }
   }
   return 0.5 * sums.sum();
@@ -100,31 +127,29 @@ void BandedFactor::insert_row(int start, double* row) {
       occupied_[static_cast<std::size_t>(column)] = 1;
       return;
     }
-#pragma GCC ivdep
-    for (std::size_t k = 0; k < lanes; ++k) {
-      const double own = r[k], other = row[k];
-      const double h = std::sqrt(own * own + other * other);
-      const double ih = h > 0 ? 1 / h : 0.0;
-      const double c = h > 0 ? own * ih : 1.0, s = other * ih;
-      r[k] = h;
+    for (std::size_t k = 0; k < lanes; k += kLaneWidth) {
+      const LaneTurn turn(load_lanes(r + k), load_lanes(row + k));
+      store_lanes(turn.length, r + k);
       unrolled<kWidth - 1>([&](auto before) {
-        constexpr std::size_t kTerm = decltype(before)::value + 1;
-        const double a = r[kTerm * lanes + k], b = row[kTerm * lanes + k];
-        r[kTerm * lanes + k] = c * a + s * b;
-        row[(kTerm - 1) * lanes + k] = c * b - s * a;  // the rest of the row, one column on
+        double *of_r = r + (before + 1) * lanes + k, *of_row = row + (before + 1) * lanes + k;
+        const LanePacket a = load_lanes(of_r), b = load_lanes(of_row);
+        store_lanes(turn.cosine * a + turn.sine * b, of_r);
+        // The rest of the row, one column to the right.
+        store_lanes(turn.cosine * b - turn.sine * a, of_row - lanes);
       });
-      row[(kWidth - 1) * lanes + k] = 0;
+      store_lanes(LanePacket::Zero(), row + (kWidth - 1) * lanes + k);
     }
   }
 }
 
-void BandedFactor::forward_substitute(Lanes& x, int from) const {
+template <int kWidth>
+void BandedFactor::forward(Lanes& x, int from) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = from; j < columns_; ++j) {
     const double* rj = r_.data() + place(j);
     double* xj = x.col(j).data();
     for (std::size_t k = 0; k < lanes; ++k) xj[k] *= rj[k];
-    for (int i = 1; i < width_ && j + i < columns_; ++i) {
+    for (int i = 1; i < kWidth && j + i < columns_; ++i) {
       const double* ri = rj + static_cast<std::size_t>(i) * lanes;
       double* __restrict xi = x.col(j + i).data();
       for (std::size_t k = 0; k < lanes; ++k) xi[k] -= ri[k] * xj[k];
@@ -132,18 +157,29 @@ void BandedFactor::forward_substitute(Lanes& x, int from) const {
   }
 }
 
-void BandedFactor::back_substitute(Lanes& x) const {
+template <int kWidth>
+void BandedFactor::backward(Lanes& x) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = columns_ - 1; j >= 0; --j) {
     const double* rj = r_.data() + place(j);
     double* __restrict xj = x.col(j).data();
-    for (int i = 1; i < width_ && j + i < columns_; ++i) {
+    for (int i = 1; i < kWidth && j + i < columns_; ++i) {
       const double* ri = rj + static_cast<std::size_t>(i) * lanes;
       const double* xi = x.col(j + i).data();
       for (std::size_t k = 0; k < lanes; ++k) xj[k] -= ri[k] * xi[k];
     }
     for (std::size_t k = 0; k < lanes; ++k) xj[k] *= rj[k];
   }
+}
+
+void BandedFactor::forward_substitute(Lanes& x, int from) const {
+  if (width_ == 4) return forward<4>(x, from);
+  forward<6>(x, from);
+}
+
+void BandedFactor::back_substitute(Lanes& x) const {
+  if (width_ == 4) return backward<4>(x);
+  backward<6>(x);
 }
 
 void BandedFactor::solve(Lanes& x) const {

@@ -35,6 +35,10 @@ class BandedFactor {
   void insert(int start, double* row);
   template <int kWidth>
   void insert_row(int start, double* row);
+  template <int kWidth>
+  void forward(Lanes& x, int from) const;
+  template <int kWidth>
+  void backward(Lanes& x) const;
   [[nodiscard]] std::size_t place(int column) const {
     return static_cast<std::size_t>(column) * static_cast<std::size_t>(width_) *
            static_cast<std::size_t>(lanes_);

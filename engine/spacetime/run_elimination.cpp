@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "engine/spacetime/lane_turn.h"
 
 namespace limber::spacetime {
 namespace {
@@ -14,61 +14,57 @@ namespace {
 /// precision: the run's last frames are held at zero for that mode.
 constexpr double kExplosive = 1.3862943611198906;  // log 4
 
-/// The rotation of two rows that takes a column from the second.
-struct Turn {
-  Turn(double own, double other)
-      : length(std::sqrt(own * own + other * other)), inverse(length > 0 ? 1 / length : 0.0) {
-    cosine = length > 0 ? own * inverse : 1.0;
-    sine = other * inverse;
-  }
-  double length, inverse, cosine, sine;
-};
-
-/// Takes frame j out of the carried rows, one lane, by the row that begins with it. Carried rows
-/// are over (l1 .. lm, j .. j + m - 1), afterwards over (l1 .. lm, j + 1 .. j + m); row p is zero
-/// behind its (p + 1)th frame of the run.
-/// @param fresh  m + 1 numbers of the row that begins with j
+/// Takes frame j out of the carried rows, kLaneWidth lanes, by the row that begins with it. Carried
+/// rows are over (l1 .. lm, j .. j + m - 1), afterwards over (l1 .. lm, j + 1 .. j + m); row p is
+/// zero behind its (p + 1)th frame of the run.
+/// @param fresh  m + 1 numbers of the row that begins with j; @param is_row  1 or 0: there is none
 /// @param carried, recovered  m rows of 2 m numbers; e1 .. em f1 .. fm; each `stride` apart
 template <int kReach>
-inline void take_out_frame(const double (&fresh)[kReach + 1], bool is_row, double* carried,
+inline void take_out_frame(const LanePacket (&fresh)[kReach + 1], double is_row, double* carried,
                            double* recovered, Eigen::Index stride) {
   constexpr int kWidth = 2 * kReach;
   // The first row ends as that of frame j: in turn all others lose the frame to it.
-  double own[kWidth + 1] = {}, kept[kReach][kWidth] = {};
-  unrolled<kReach + 1>([&](auto c) { own[c] = carried[c * stride]; });
+  LanePacket own[kWidth + 1], kept[kReach][kWidth];
+  unrolled<kWidth + 1>([&](auto c) {
+    if constexpr (c <= kReach) {
+      own[c] = load_lanes(carried + c * stride);
+    } else {
+      own[c].setZero();
+    }
+  });
   unrolled<kReach - 1>([&](auto before) {
-    constexpr int kRow = decltype(before)::value + 1;
-    double other[kWidth + 1] = {};
-    unrolled<kReach + kRow + 1>([&](auto c) { other[c] = carried[(kWidth * kRow + c) * stride]; });
-    const Turn turn(own[kReach], other[kReach]);
-    unrolled<kReach + kRow + 1>([&](auto c) {
-      constexpr int kColumn = decltype(c)::value;
-      if constexpr (kColumn != kReach) {
-        constexpr int kTarget = kColumn < kReach ? kColumn : kColumn - 1;
+    constexpr int kRow = before + 1, kNumbers = kReach + kRow + 1;
+    LanePacket other[kNumbers];
+    unrolled<kNumbers>(
+        [&](auto c) { other[c] = load_lanes(carried + (kWidth * kRow + c) * stride); });
+    const LaneTurn turn(own[kReach], other[kReach]);
+    unrolled<kNumbers>([&](auto c) {
+      if constexpr (c != kReach) {
+        constexpr int kTarget = c < kReach ? c : c - 1;
         kept[kRow - 1][kTarget] = turn.cosine * other[c] - turn.sine * own[c];
         own[c] = turn.cosine * own[c] + turn.sine * other[c];
       }
     });
     own[kReach] = turn.length;
   });
-  const Turn turn(own[kReach], fresh[0]);
+  const LaneTurn turn(own[kReach], fresh[0]);
+  const LanePacket by_own = -turn.inverse * turn.cosine, by_fresh = -turn.inverse * turn.sine;
   unrolled<kReach>([&](auto c) {
-    constexpr int kBehind = decltype(c)::value + 1;
-    recovered[c * stride] =
-        -turn.inverse * (turn.cosine * own[kReach + kBehind] + turn.sine * fresh[kBehind]);
-    recovered[(kReach + c) * stride] = -turn.inverse * turn.cosine * own[c];
+    constexpr int kBehind = c + 1;
+    store_lanes(by_own * own[kReach + kBehind] + by_fresh * fresh[kBehind], recovered + c * stride);
+    store_lanes(by_own * own[c], recovered + (kReach + c) * stride);
     kept[kReach - 1][c] = -turn.sine * own[c];
     kept[kReach - 1][kReach + c] = turn.cosine * fresh[kBehind] - turn.sine * own[kReach + kBehind];
   });
   // A frame held at zero at the last end leaves nothing to eliminate and brings no row: what the
   // carried rows say of the frames before the run stays a cost.
-  const bool stays = turn.length == 0 && !is_row;
+  const LanePacket stays = (1 - is_row) * turn.is_zero, goes = 1 - stays;
   unrolled<kReach>([&](auto p) {
-    constexpr int kRow = decltype(p)::value;
-    unrolled<kReach + kRow + 1>([&](auto c) {
-      double& place = carried[(kWidth * kRow + c) * stride];
-      const double stayed = decltype(c)::value < kReach ? place : 0.0;
-      place = stays ? stayed : kept[kRow][c];
+    unrolled<kReach + p + 1>([&](auto c) {
+      double* place = carried + (kWidth * p + c) * stride;
+      LanePacket value = goes * kept[p][c];
+      if constexpr (c < kReach) value += stays * load_lanes(place);
+      store_lanes(value, place);
     });
   });
 }
@@ -150,12 +146,12 @@ RunCost RunElimination::eliminate_rows(Run run) {
   for (int j = run.first; j <= run.last; ++j) {
     mask[kReach] = allowed(run, j + kReach);
     for (int t = 0; t <= kReach; ++t) coefficients[t] = rows_.coefficient(j, t);
-    const bool is_row = rows_.contains(j);
+    const double is_row = rows_.contains(j) ? 1 : 0;
     double* recovered = memory_.data() + place(j);
-#pragma GCC ivdep
-    for (Eigen::Index k = 0; k < lanes; ++k) {
-      double fresh[kReach + 1];
-      unrolled<kReach + 1>([&](auto t) { fresh[t] = coefficients[t][k] * mask[t][k]; });
+    for (Eigen::Index k = 0; k < lanes; k += kLaneWidth) {
+      LanePacket fresh[kReach + 1];
+      unrolled<kReach + 1>(
+          [&](auto t) { fresh[t] = load_lanes(coefficients[t] + k) * load_lanes(mask[t] + k); });
       take_out_frame<kReach>(fresh, is_row, carried + k, recovered + k, lanes);
     }
     for (int t = 0; t < kReach; ++t) mask[t] = mask[t + 1];

@@ -20,7 +20,8 @@ namespace {
 using testing::ChainKinematics;
 using testing::LinearKinematics;
 
-constexpr double kSmoothEnergyAccuracy = 1e-8, kSmoothMotionAccuracy = 1e-5;  // relative
+/// Relative. Exact constraints may be missed by 1e-8, which smooth forces make worth more.
+constexpr double kSmoothEnergyAccuracy = 1e-7, kSmoothMotionAccuracy = 1e-5;
 
 /// The forms beside the published one.
 std::vector<ModeDynamics> new_forms(ModeDynamics dynamics) {
@@ -45,10 +46,7 @@ void expect_dense_motion(const LinearKinematics& kinematics, const ModeDynamics&
                                     << ", smoothing " << dynamics.smoothing);
   const DenseAnswer dense =
       dense_optimum(kinematics, dynamics, timeline, constraints, keyframes, mixing);
-  SolverOptions options;
-  options.constraint_tolerance = 1e-10;
-  Solver solver(std::make_shared<LinearKinematics>(kinematics), dynamics, timeline, options,
-                mixing);
+  Solver solver(std::make_shared<LinearKinematics>(kinematics), dynamics, timeline, {}, mixing);
   for (const auto& constraint : constraints) solver.add(constraint);
   for (const auto& keyframe : keyframes) solver.add_keyframe(keyframe);
   const SolveReport report = solver.solve();
