@@ -6,7 +6,6 @@
 
 #include "engine/base/error.h"
 #include "engine/spacetime/fit_sampled.h"
-#include "engine/spacetime/force_rows.h"
 
 namespace limber::spacetime {
 namespace {
@@ -82,7 +81,9 @@ ModeFit fit_differences(const Signals& signals, double max_stiffness) {
 }  // namespace
 
 ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z, double max_stiffness) {
-  return fit_mode(z, FitOptions{Discretisation::kDifferences, 0, max_stiffness, std::nullopt});
+  FitOptions options;
+  options.max_stiffness = max_stiffness;
+  return fit_mode(z, options);
 }
 
 ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z, const FitOptions& options) {
@@ -97,7 +98,8 @@ ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z, const FitOptions
   Eigen::MatrixX3d columns(signals->position.size(), 3);
   columns << signals->acceleration.transpose(), signals->velocity.transpose(),
       signals->position.transpose();
-  return fit_sampled(columns, options);
+  const Eigen::Vector2d first = z.head(2).transpose() / z.cwiseAbs().maxCoeff();
+  return fit_sampled(columns, first, options);
 }
 
 ModeFit bounded_fit(const ModeFit& fit, const FitOptions& options) {

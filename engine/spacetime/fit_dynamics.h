@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "engine/spacetime/problem.h"
+#include "engine/spacetime/force_rows.h"
 
 namespace limber::spacetime {
 
@@ -38,6 +38,7 @@ struct FitOptions {
   /// Of a sampled mode: where to look as well, so that what is found is no worse. Does nothing to
   /// the published form, whose fit is exact.
   std::optional<ModeFit> known = std::nullopt;
+  Beginning beginning = Beginning::kFromRest;
 
   /// Bounds of zeta = d / (2 sqrt(lambda)) of sampled modes: no body swings on for thousands of
   /// times, and what creeps is told from what rests by neither.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <optional>
+#include <utility>
 
 #include "engine/spacetime/force_rows.h"
 
@@ -24,11 +25,16 @@ ModeFit fit_at(const Point& point) {
   return {point[0] * point[0], 2 * std::exp(point[1]) * point[0]};
 }
 
-/// Force of a mode as a function of its dynamics, by the R of its signals: three numbers whose
-/// squares have the sum of those of all frames.
+/// Five numbers whose squares have the sum of those of all rows (ForceRows): three by the R of the
+/// signals, two of what the mode begins with.
+using Residual = Eigen::Matrix<double, 5, 1>;
+
+/// Force of a mode as a function of its dynamics.
 class SampledForce {
  public:
-  SampledForce(const Eigen::MatrixX3d& signals, const FitOptions& options) {
+  SampledForce(const Eigen::MatrixX3d& signals, Eigen::Vector2d first, const FitOptions& options)
+      : first_(std::move(first)), smoothing_(options.smoothing) {
+    if (options.beginning == Beginning::kAnyhow) first_.setZero();
     const Eigen::HouseholderQR<Eigen::MatrixX3d> qr(signals);
     const Eigen::Index rows = std::min<Eigen::Index>(3, signals.rows());
     signals_.setZero();
@@ -39,11 +45,16 @@ class SampledForce {
     high_ = {std::sqrt(most), std::log(FitOptions::kGreatestDampingRatio)};
   }
 
-  [[nodiscard]] Eigen::Vector3d at(const Point& point) const {
+  [[nodiscard]] Residual at(const Point& point) const {
     const ModeFit fit = fit_at(point);
     const ForceStencil stencil =
         force_stencil(Discretisation::kSampled, fit.stiffness, fit.damping);
-    return signals_ * Eigen::Vector3d(stencil.before, stencil.next - stencil.before, fit.stiffness);
+    const BeginningCost begun = beginning_cost(fit.stiffness, fit.damping, smoothing_);
+    Residual result;
+    result << signals_ *
+                  Eigen::Vector3d(stencil.before, stencil.next - stencil.before, fit.stiffness),
+        begun.place * first_[0], begun.lag * first_[0] + begun.speed * first_[1];
+    return result;
   }
   [[nodiscard]] double cost(const Point& point) const { return at(point).squaredNorm(); }
   [[nodiscard]] const Point& low() const { return low_; }
@@ -58,8 +69,8 @@ class SampledForce {
   }
 
   /// By differences that stay inside the bounds.
-  [[nodiscard]] Eigen::Matrix<double, 3, 2> derivative(const Point& point) const {
-    Eigen::Matrix<double, 3, 2> result;
+  [[nodiscard]] Eigen::Matrix<double, 5, 2> derivative(const Point& point) const {
+    Eigen::Matrix<double, 5, 2> result;
     for (int i = 0; i < 2; ++i) {
       const double step = kDifference * (i == 0 ? std::max(point[0], kDifference) : 1);
       Point below = point, above = point;
@@ -80,6 +91,8 @@ class SampledForce {
 
  private:
   Eigen::Matrix3d signals_;
+  Eigen::Vector2d first_;
+  double smoothing_;
   Point low_, high_;
 };
 
@@ -99,8 +112,8 @@ std::optional<Point> SampledForce::prediction() const {
 Point descend(const SampledForce& force, Point point) {
   double damping = 1e-3, cost = force.cost(point);
   for (int step = 0; step < kSteps; ++step) {
-    const Eigen::Vector3d residual = force.at(point);
-    Eigen::Matrix<double, 3, 2> by_point = force.derivative(point);
+    const Residual residual = force.at(point);
+    Eigen::Matrix<double, 5, 2> by_point = force.derivative(point);
     const Eigen::Vector2d gradient = by_point.transpose() * residual;
     for (int i = 0; i < 2; ++i) {
       const bool is_held =
@@ -133,8 +146,9 @@ Point descend(const SampledForce& force, Point point) {
 
 }  // namespace
 
-ModeFit fit_sampled(const Eigen::MatrixX3d& signals, const FitOptions& options) {
-  const SampledForce force(signals, options);
+ModeFit fit_sampled(const Eigen::MatrixX3d& signals, const Eigen::Vector2d& first,
+                    const FitOptions& options) {
+  const SampledForce force(signals, first, options);
   Point start(0, force.low()[1]);
   double least = force.cost(start);
   for (int i = 0; i < kFrequencies; ++i) {

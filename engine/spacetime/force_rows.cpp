@@ -79,32 +79,62 @@ Eigen::RowVectorXd smoothed_forces(const Eigen::RowVectorXd& forces, double tau)
   return rows;
 }
 
-ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count)
-    : reach_(dynamics.smoothing > 0 ? 3 : 2), last_(frame_count - 3) {
+BeginningCost beginning_cost(double stiffness, double damping, double tau) {
+  const ForceStencil stencil = sampled_stencil(stiffness, damping);
+  const double gain = stencil.next, kept = stencil.before / gain, sum = -stencil.centre / gain;
+  // 1 + kept - sum and 1 + kept + sum, the first without cancellation.
+  const double constant = stiffness / gain, alternating = std::max(0.0, 1 + kept + sum);
+  const double lost = (1 + tau * tau * constant) * std::max(0.0, 1 - kept);
+  BeginningCost cost;
+  cost.place = gain * std::sqrt(lost * constant * alternating / (1 + kept));
+  cost.speed = gain * std::sqrt(lost * (1 + kept));
+  cost.lag = -cost.speed * sum / (1 + kept);
+  return cost;
+}
+
+ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count, Beginning beginning)
+    : begins_from_rest_(dynamics.discretisation == Discretisation::kSampled &&
+                        beginning == Beginning::kFromRest),
+      reach_(dynamics.smoothing > 0 ? 3 : 2),
+      first_(begins_from_rest_ ? -reach_ : 2 - reach_),
+      last_(frame_count - 3) {
   const Eigen::Index modes = dynamics.stiffness.size();
   const int lanes = padded_lanes(static_cast<int>(modes));
   rest_ = Eigen::VectorXd::Zero(lanes);
   stencil_.resize(lanes, 3);
+  beginning_ = Lanes::Zero(lanes, 3);
   for (Eigen::Index k = 0; k < lanes; ++k) {
     const ForceStencil of_mode = k < modes ? force_stencil(dynamics, k) : ForceStencil{1, -1, 1};
     stencil_.row(k) << of_mode.before, of_mode.centre, of_mode.next;
+    if (!begins_from_rest_ || k >= modes) continue;
+    const BeginningCost cost =
+        beginning_cost(dynamics.stiffness[k], dynamics.damping[k], dynamics.smoothing);
+    beginning_.row(k) << cost.place, cost.lag, cost.speed;
   }
   if (reach_ == 2) {
     inner_ = stencil_;
     return;
   }
   const ForceSmoothing smoothing(dynamics.smoothing);
-  first_ = end_ = Lanes::Zero(lanes, 4);
-  first_.rightCols(3) = smoothing.following * stencil_;
-  end_.leftCols(3) = smoothing.own * stencil_;
-  inner_ = first_ + end_;
+  opening_ = closing_ = Lanes::Zero(lanes, 4);
+  opening_.rightCols(3) = smoothing.following * stencil_;
+  closing_.leftCols(3) = smoothing.own * stencil_;
+  inner_ = opening_ + closing_;
 }
 
 const double* ForceRows::coefficient(int row, int term) const {
   if (!contains(row)) return rest_.data();
+  if (row < 2 - reach_) return beginning(row, term);
   if (reach_ == 2) return inner_.col(term).data();
-  const Lanes& rows = row < 0 ? first_ : row == last_ ? end_ : inner_;
+  const Lanes& rows = row < 0 ? opening_ : row == last_ ? closing_ : inner_;
   return rows.col(term).data();
+}
+
+/// The first row has frame 0 alone, the second frames 0 and 1: none reaches behind its last term.
+const double* ForceRows::beginning(int row, int term) const {
+  const int frame = row + term;
+  if (row == first_) return frame == 0 ? beginning_.col(0).data() : rest_.data();
+  return frame == 0 || frame == 1 ? beginning_.col(1 + frame).data() : rest_.data();
 }
 
 FreeGrowth ForceRows::growth(int lane) const {

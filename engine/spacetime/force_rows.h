@@ -50,34 +50,59 @@ struct ForceSmoothing {
 /// first and after the last. @param tau  > 0
 [[nodiscard]] Eigen::RowVectorXd smoothed_forces(const Eigen::RowVectorXd& forces, double tau);
 
+/// What the first two frames of a sampled mode cost: the least force that brings it from rest, long
+/// before, to where and how fast it is there: 1/2 (place z_0)^2 + 1/2 (lag z_0 + speed z_1)^2.
+///
+/// If a damped mode may begin with any swing for nothing, it does: the free motion that passes
+/// through two late keys began a thousand body lengths away. With white forces z is a stationary
+/// autoregressive process of second order; this is the inverse of the covariance of neighbours
+/// (Yule-Walker equations), which is zero without damping. Smooth forces count 1 + tau^2 |1 - x_1|
+/// |1 - x_2| times, as those that change with the mode (exact for swings of little damping).
+struct BeginningCost {
+  double place = 0, lag = 0, speed = 0;
+};
+[[nodiscard]] BeginningCost beginning_cost(double stiffness, double damping, double tau);
+
+/// Whether sampled modes begin as what was at rest long before (BeginningCost), or anyhow: parts of
+/// a motion that go on from what is known.
+enum class Beginning { kFromRest, kAnyhow };
+
 /// The rows of E_f = 1/2 sum |row z|^2, alike for all frames but at the ends. A row is named by the
 /// first of its frames: row i is coefficient(i, t) z_(i+t), t = 0 .. reach().
 ///
 /// Without smoothing row i is the force in frame i + 1, i = 0 .. N - 3. With smoothing it is own
 /// f_(i+1) + following f_(i+2), i = -1 .. N - 3: forces rise from zero at the first frame and
 /// return to zero at the last, as those of a body that rests or swings freely outside. Left out at
-/// an end, these rows would let a force stand there that costs nothing.
+/// an end, these rows would let a force stand there that costs nothing. Sampled modes have two rows
+/// more that begin before the time line, of BeginningCost.
 class ForceRows {
  public:
   /// @param frame_count  N >= 3
-  ForceRows(const ModeDynamics& dynamics, int frame_count);
+  ForceRows(const ModeDynamics& dynamics, int frame_count,
+            Beginning beginning = Beginning::kFromRest);
 
   [[nodiscard]] int lanes() const { return static_cast<int>(rest_.size()); }
   /// Frames before the last one of a row: 2, with smoothing 3.
   [[nodiscard]] int reach() const { return reach_; }
-  [[nodiscard]] int first() const { return reach_ == 2 ? 0 : -1; }
+  [[nodiscard]] int first() const { return first_; }
   [[nodiscard]] int last() const { return last_; }
   [[nodiscard]] bool contains(int row) const { return row >= first() && row <= last_; }
   /// One number per lane; zeros for rows that do not exist. Those of frames outside the time line
   /// are zero. Spare lanes have a harmless mode.
   [[nodiscard]] const double* coefficient(int row, int term) const;
   [[nodiscard]] FreeGrowth growth(int lane) const;
+  /// Whether damping limits what a motion begins with.
+  [[nodiscard]] bool begins_from_rest() const { return begins_from_rest_; }
 
  private:
-  int reach_, last_;
-  Lanes stencil_;              // lanes x 3
-  Lanes first_, inner_, end_;  // lanes x (reach + 1): of row -1, of most rows, of the last
-  Eigen::VectorXd rest_;       // zeros
+  [[nodiscard]] const double* beginning(int row, int term) const;
+
+  bool begins_from_rest_;
+  int reach_, first_, last_;
+  Lanes stencil_;                    // lanes x 3
+  Lanes opening_, inner_, closing_;  // lanes x (reach + 1): of row -1, of most rows, of the last
+  Lanes beginning_;                  // lanes x 3: place, lag, speed
+  Eigen::VectorXd rest_;             // zeros
 };
 
 }  // namespace limber::spacetime

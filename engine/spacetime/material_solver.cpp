@@ -142,7 +142,9 @@ class MaterialSolver::Impl {
   /// Damping ratios of sampled modes are brought into their bounds.
   void bound_frequencies(double frequency);
   [[nodiscard]] FitOptions fit_options() const {
-    return {material_.dynamics.discretisation, material_.dynamics.smoothing, max_stiffness_, {}};
+    FitOptions options{material_.dynamics.discretisation, material_.dynamics.smoothing};
+    options.max_stiffness = max_stiffness_;
+    return options;
   }
   void set_dynamics(ModeDynamics dynamics);
   void fit_dynamics();

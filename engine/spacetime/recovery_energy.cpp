@@ -33,7 +33,7 @@ RecoveryEnergy::RecoveryEnergy(const Eigen::Ref<const Eigen::MatrixXd>& target,
       driven_(options.driven_frames) {}
 
 ForceRows RecoveryEnergy::rows_of(const RecoveredMotion& at) const {
-  return {at.dynamics, static_cast<int>(at.z.cols() - driven_)};
+  return {at.dynamics, static_cast<int>(at.z.cols() - driven_), Beginning::kAnyhow};
 }
 
 Eigen::RowVectorXd RecoveryEnergy::force(const ForceRows& rows, const Eigen::MatrixXd& z,
@@ -113,6 +113,7 @@ void RecoveryEnergy::fit_motion(RecoveredMotion& at) const {
 void RecoveryEnergy::fit_dynamics(RecoveredMotion& at) const {
   for (Eigen::Index k = 0; k < at.z.rows(); ++k) {
     FitOptions options{at.dynamics.discretisation, at.dynamics.smoothing};
+    options.beginning = Beginning::kAnyhow;
     options.known = {at.dynamics.stiffness[k], at.dynamics.damping[k]};
     const ModeFit fit = fit_mode(at.z.row(k).tail(at.z.cols() - driven_), options);
     at.dynamics.stiffness[k] = fit.stiffness;

@@ -100,8 +100,9 @@ RunElimination::RunElimination(ForceRows rows, const FreeFrames& frames)
     const FreeGrowth growth = rows_.growth(static_cast<int>(k));
     forward_[0][k] = growth.larger;
     forward_[1][k] = growth.smaller;
-    backward_[0][k] = -growth.smaller;
-    backward_[1][k] = -growth.larger;
+    // Read backwards damping lets modes grow, unless what they begin with has its cost.
+    backward_[0][k] = rows_.begins_from_rest() ? 0 : -growth.smaller;
+    backward_[1][k] = rows_.begins_from_rest() ? 0 : -growth.larger;
   }
 }
 

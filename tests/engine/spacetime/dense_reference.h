@@ -34,8 +34,27 @@ inline DenseForce dense_force(const ModeDynamics& dynamics, Eigen::Index mode) {
   return {q * product, -q * sum, q};
 }
 
+/// Rows over z_0 and z_1 of a sampled mode whose squares are what the two cost: the inverse of
+/// their covariance where white forces have always acted, times what smooth ones count more.
+inline DenseMatrix dense_beginning(const ModeDynamics& dynamics, Eigen::Index mode) {
+  const DenseForce force = dense_force(dynamics, mode);
+  const Real kept = force.before / force.next, sum = -force.centre / force.next;
+  DenseMatrix rows = DenseMatrix::Zero(2, 2);
+  if (!(kept < 1)) return rows;
+  const Real lambda = dynamics.stiffness[mode], tau = dynamics.smoothing;
+  const Real smooth = std::sqrt(1 + tau * tau * (1 + kept - sum)) * force.next;
+  // gamma_0 (1, c; c, 1) with the correlation c of neighbours: 1 / gamma_0 is zero where lambda is.
+  const Real correlation = sum / (1 + kept);
+  const Real variance = (1 + kept) / ((1 - kept) * ((1 + kept) * (1 + kept) - sum * sum));
+  const Real apart = (1 - kept) * (1 + kept);  // 1 / (gamma_0 (1 - c^2))
+  rows(0, 0) = lambda > 0 ? smooth / std::sqrt(variance) : 0;
+  rows(1, 0) = -smooth * std::sqrt(apart) * correlation;
+  rows(1, 1) = smooth * std::sqrt(apart);
+  return rows;
+}
+
 /// E_f = 1/2 |A z|^2 of one mode, columns are frames: forces, and tau times their differences, the
-/// first and the last to no force.
+/// first and the last to no force; of sampled modes what their beginning costs.
 inline DenseMatrix dense_forces(const ModeDynamics& dynamics, Eigen::Index mode,
                                 Eigen::Index frames) {
   const DenseForce force = dense_force(dynamics, mode);
@@ -45,12 +64,13 @@ inline DenseMatrix dense_forces(const ModeDynamics& dynamics, Eigen::Index mode,
     plain(i, i + 1) = force.centre;
     plain(i, i + 2) = force.next;
   }
-  if (dynamics.smoothing == 0) return plain;
   const Real tau = dynamics.smoothing;
-  DenseMatrix result = DenseMatrix::Zero(2 * frames - 3, frames);
+  DenseMatrix result = DenseMatrix::Zero(2 * frames - 1, frames);
   result.topRows(frames - 2) = plain;
   result.middleRows(frames - 2, frames - 2) += tau * plain;
-  result.bottomRows(frames - 2) -= tau * plain;
+  result.middleRows(frames - 1, frames - 2) -= tau * plain;
+  if (dynamics.discretisation == Discretisation::kSampled)
+    result.bottomLeftCorner(2, 2) = dense_beginning(dynamics, mode);
   return result;
 }
 

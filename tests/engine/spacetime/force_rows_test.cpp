@@ -8,6 +8,7 @@
 
 #include "engine/base/random.h"
 #include "engine/spacetime/material.h"
+#include "engine/spacetime/run_elimination.h"
 #include "tests/engine/spacetime/dense_reference.h"
 
 namespace limber::spacetime {
@@ -210,9 +211,27 @@ TEST(ForceRows, NeverReachOutOfTheTimeLine) {
 TEST(ForceRows, FreeMotionCostsNothingAndALastForceAsMuchAsAFirst) {
   const ModeDynamics dynamics{Eigen::VectorXd::Constant(1, 0.04), Eigen::VectorXd::Constant(1, 0.1),
                               Discretisation::kSampled, 6};
+  const auto energy_of = [&](const Eigen::MatrixXd& z) {
+    const ForceRows rows(dynamics, static_cast<int>(z.cols()), Beginning::kAnyhow);
+    double sum = 0;
+    for (int row = rows.first(); row <= rows.last(); ++row) {
+      double value = 0;
+      for (int term = 0; term <= rows.reach(); ++term)
+        if (row + term >= 0 && row + term < z.cols())
+          value += rows.coefficient(row, term)[0] * z(0, row + term);
+      sum += value * value;
+    }
+    return sum / 2;
+  };
   Eigen::MatrixXd z(1, 40);
   for (int i = 0; i < 40; ++i) z(0, i) = swing_at(0.2, 0.25, i);
-  EXPECT_LE(force_energy(dynamics, z), 1e-25);
+  EXPECT_LE(energy_of(z), 1e-25);
+  // That it began so is all that it costs.
+  const BeginningCost begun = beginning_cost(0.04, 0.1, 6);
+  const double expected = (std::pow(begun.place * z(0, 0), 2) +
+                           std::pow(begun.lag * z(0, 0) + begun.speed * z(0, 1), 2)) /
+                          2;
+  EXPECT_NEAR(force_energy(dynamics, z), expected, 1e-12 * expected);
   // Only the first force, only one within, only the last one.
   const ForceStencil stencil = force_stencil(dynamics, 0);
   const auto energy_of_force_in = [&](int frame) {
@@ -229,6 +248,61 @@ TEST(ForceRows, FreeMotionCostsNothingAndALastForceAsMuchAsAFirst) {
   EXPECT_NEAR(within, 0.5 * (1 + 2 * 36), 1e-9);
   EXPECT_NEAR(energy_of_force_in(1), within, 1e-9);
   EXPECT_NEAR(energy_of_force_in(38), within, 1e-9);
+}
+
+/// The least force that leads from rest to two neighbouring frames, by eliminating all before.
+Eigen::Matrix2d cost_from_rest(const ModeDynamics& dynamics, int frames) {
+  const Timeline timeline{frames};
+  RunElimination elimination(ForceRows(dynamics, frames), FreeFrames(timeline));
+  const RunCost cost = elimination.eliminate({2, frames - 6});
+  // z of the two frames behind the run as a body has them that swings freely from there on.
+  const ForceStencil stencil = force_stencil(dynamics, 0);
+  const int reach = ForceRows(dynamics, frames).reach();
+  Eigen::MatrixXd onward = Eigen::MatrixXd::Identity(reach, 2);
+  if (reach == 3) onward.row(2) << -stencil.before / stencil.next, -stencil.centre / stencil.next;
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (int p = 0; p < reach; ++p) {
+    const Eigen::RowVector2d row = cost.rows.row(0).segment(2 * reach * p + reach, reach) * onward;
+    sum += row.transpose() * row;
+  }
+  return sum;
+}
+
+TEST(BeginningCost, IsTheLeastForceFromRestLongBefore) {
+  for (const double omega : {0.05, 0.157, 1.0, 2.5}) {
+    for (const double zeta : {0.1, 0.7, 1.5}) {
+      for (const double tau : {0.0, 6.0}) {
+        ModeDynamics dynamics{Eigen::VectorXd::Constant(1, omega * omega),
+                              Eigen::VectorXd::Constant(1, 2 * zeta * omega),
+                              Discretisation::kSampled, tau};
+        const Eigen::Matrix2d literal = cost_from_rest(dynamics, 3000);
+        const BeginningCost begun = beginning_cost(omega * omega, 2 * zeta * omega, tau);
+        const Eigen::RowVector2d first(begun.place, 0), second(begun.lag, begun.speed);
+        const Eigen::Matrix2d known = first.transpose() * first + second.transpose() * second;
+        if (tau == 0) {
+          EXPECT_LE((known - literal).norm(), 1e-7 * literal.norm()) << omega << " " << zeta;
+        } else {
+          // Smooth forces are counted in the mean of the mode's motion only.
+          EXPECT_LE(known.trace(), 2 * literal.trace()) << omega << " " << zeta;
+          EXPECT_GE(known.trace(), literal.trace() / 6) << omega << " " << zeta;
+        }
+      }
+    }
+  }
+}
+
+TEST(BeginningCost, IsNothingWithoutDamping) {
+  for (const double omega : {0.0, 0.1, 3.0}) {
+    const BeginningCost begun = beginning_cost(omega * omega, 0, 8);
+    EXPECT_EQ(begun.place, 0);
+    EXPECT_EQ(begun.lag, 0);
+    EXPECT_EQ(begun.speed, 0);
+  }
+  // Where nothing pulls back only a velocity costs.
+  const BeginningCost slowing = beginning_cost(0, 0.2, 0);
+  EXPECT_EQ(slowing.place, 0);
+  EXPECT_NEAR(slowing.lag, -slowing.speed, 1e-12);
+  EXPECT_GT(slowing.speed, 0);
 }
 
 }  // namespace
