@@ -40,8 +40,8 @@ struct FitOptions {
   std::optional<ModeFit> known = std::nullopt;
   Beginning beginning = Beginning::kFromRest;
 
-  /// Bounds of zeta = d / (2 sqrt(lambda)) of sampled modes: no body swings on for thousands of
-  /// times, and what creeps is told from what rests by neither.
+  /// Bounds of zeta = d / (2 sqrt(lambda)) of sampled modes. Bodies lose more than the lower one;
+  /// above the upper one a motion of some seconds does not tell how much.
   static constexpr double kLeastDampingRatio = 1e-4, kGreatestDampingRatio = 2;
   /// Of a sampled mode [1/frame^2], that of the Nyquist frequency, pi^2: faster swings look like
   /// slower ones.
