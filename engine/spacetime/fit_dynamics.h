@@ -51,9 +51,9 @@ struct FitOptions {
 /// The same for the forces of these options (ForceRows).
 ///
 /// Sampled modes: minimises over omega and zeta, lambda = omega^2 and d = 2 zeta omega, in their
-/// bounds. Forces are not linear in them, so there may be several minima: the lowest of those
-/// reached from a grid, from the linear prediction of each frame by the two before it (which is
-/// exact for free motion) and from `known`. What has no effect is 0, where omega is.
+/// bounds. Forces are not linear in them, so there may be several minima. It is the lowest
+/// that is reached from three starts: the best of a grid, `known`, and the linear prediction of
+/// each frame by the two before it, which is exact for free motion. Where omega is 0, so is d.
 /// @throws Error{kInvalidArgument} as above
 [[nodiscard]] ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z,
                                const FitOptions& options);

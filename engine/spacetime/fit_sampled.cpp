@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <optional>
-#include <utility>
 
 #include "engine/spacetime/force_rows.h"
 
@@ -32,8 +31,9 @@ using Residual = Eigen::Matrix<double, 5, 1>;
 /// Force of a mode as a function of its dynamics.
 class SampledForce {
  public:
-  SampledForce(const Eigen::MatrixX3d& signals, Eigen::Vector2d first, const FitOptions& options)
-      : first_(std::move(first)), smoothing_(options.smoothing) {
+  SampledForce(const Eigen::MatrixX3d& signals, const Eigen::Vector2d& first,
+               const FitOptions& options)
+      : first_(first), smoothing_(options.smoothing) {
     if (options.beginning == Beginning::kAnyhow) first_.setZero();
     const Eigen::HouseholderQR<Eigen::MatrixX3d> qr(signals);
     const Eigen::Index rows = std::min<Eigen::Index>(3, signals.rows());

@@ -44,9 +44,9 @@ struct Material {
 [[nodiscard]] double stiffness_of(double frequency,
                                   Discretisation discretisation = Discretisation::kDifferences);
 
-/// How a mode swings when nothing holds it: of differences in the frames that are shown, from the
-/// roots of (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a);
-/// of sampled modes in time, omega = sqrt(lambda), d = 2 zeta omega.
+/// How a mode swings when nothing holds it. Of differences in the frames that are shown, from the
+/// roots of (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a).
+/// Of sampled modes in time: omega = sqrt(lambda), d = 2 zeta omega.
 struct ModeResponse {
   double frequency_hz = 0;  // of the undamped mode; of differences at most half the frames a second
   double damping_ratio = 0;  // of critical; above 1 the mode creeps back without a swing

@@ -11,9 +11,9 @@
 
 namespace limber::spacetime {
 
-/// E_f (paper: space-time editing, eq. 17a) as a function of the few frames that matter: each
-/// constrained frame (a "knot") and the frame beside it (two, where force rows have four terms) are
-/// kept, all others are eliminated exactly. E_f = 1/2 sum_k |L_k z_k|^2 over the kept frames; cost
+/// E_f (paper: space-time editing, eq. 17a) as a function of the few frames that matter. Each
+/// constrained frame (a "knot") and the frame beside it are kept, two where force rows have four
+/// terms. All others are eliminated exactly. E_f = 1/2 sum_k |L_k z_k|^2 over the kept frames; cost
 /// of everything below set_knots() and interpolate() does not depend on N.
 class ModeSystems {
  public:

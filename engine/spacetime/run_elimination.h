@@ -39,8 +39,8 @@ struct RunCost {
   Lanes rows;  // lanes x (m * 2 m): 2 m coefficients of row 0, then those of the next
 };
 
-/// Eliminates runs by Givens rotations of the force rows (an orthogonal reduction: nothing is
-/// ever squared, so a mode with lambda = 0 loses N^2, not N^4) and gives the frames of a run back
+/// Eliminates runs by Givens rotations of the force rows. That is an orthogonal reduction: nothing
+/// is ever squared, so a mode with lambda = 0 loses N^2, not N^4. It gives the frames of a run back
 /// from the frames around it:
 ///   z_j = e1 z_(j+1) + .. + em z_(j+m) + f1 z_(l1) + .. + fm z_(lm).
 class RunElimination {
