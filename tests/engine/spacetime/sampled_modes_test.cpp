@@ -199,7 +199,7 @@ struct StiffBody {
     Solver solver(kinematics, dynamics, timeline, {}, mixing);
     for (const int frame : frames) {
       PositionConstraint key;
-      key.id = static_cast<ConstraintId>(frame + 1);
+      key.id = static_cast<ConstraintId>(frame) + 1;
       key.frame = frame;
       key.target = {0.3, 0, 0};
       key.weight = kExact;
@@ -263,7 +263,7 @@ TEST(SampledModes, TheMotionConvergesWithTheFrameRate) {
                   {static_cast<int>(kSeconds * rate) + 1});
     for (int i = 0; i < 3; ++i) {
       PositionConstraint key;
-      key.id = static_cast<ConstraintId>(i + 1);
+      key.id = static_cast<ConstraintId>(i) + 1;
       key.frame = (i + 1) * rate;
       key.axes = 1;
       key.target = {i == 1 ? -0.2 : 0.3, 0, 0};
