@@ -3,26 +3,57 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/error.h"
+#include "engine/spacetime/lane_turn.h"
+
 namespace limber::spacetime {
+
+namespace {
+
+/// Row times z, of rows whose width lies in z, kLaneWidth lanes.
+template <int kWidth>
+LanePacket row_product(const double* v, const double* zs, Eigen::Index lanes) {
+  LanePacket value = load_lanes(v) * load_lanes(zs);
+  unrolled<kWidth - 1>([&](auto before) {
+    const Eigen::Index at = (before + 1) * lanes;
+    value += load_lanes(v + at) * load_lanes(zs + at);
+  });
+  return value;
+}
+
+template <int kWidth>
+void add_normal(const double* v, const double* zs, double* out, Eigen::Index lanes) {
+  for (Eigen::Index k = 0; k < lanes; k += kLaneWidth) {
+    const LanePacket value = row_product<kWidth>(v + k, zs + k, lanes);
+    unrolled<kWidth>([&](auto c) {
+      const Eigen::Index at = c * lanes + k;
+      store_lanes(load_lanes(out + at) + load_lanes(v + at) * value, out + at);
+    });
+  }
+}
+
+template <int kWidth>
+void add_squares(const double* v, const double* zs, double* sums, Eigen::Index lanes) {
+  for (Eigen::Index k = 0; k < lanes; k += kLaneWidth) {
+    const LanePacket value = row_product<kWidth>(v + k, zs + k, lanes);
+    store_lanes(load_lanes(sums + k) + value * value, sums + k);
+  }
+}
+
+}  // namespace
 
 void apply_normal(const std::vector<BandedRow>& rows, const Lanes& z, Lanes& product) {
   const auto lanes = z.rows();
   product.setZero(lanes, z.cols());
   for (const BandedRow& row : rows) {
-    const auto width = std::min<Eigen::Index>(4, z.cols() - row.start);
+    const auto width = std::min(row.values.cols(), z.cols() - row.start);
     const double* zs = z.col(row.start).data();
     const double* v = row.values.data();
     double* __restrict out = product.col(row.start).data();
     if (width == 4) {
-      for (Eigen::Index k = 0; k < lanes; ++k) {
-        const double *vk = v + k, *zk = zs + k;
-        const double value = vk[0] * zk[0] + vk[lanes] * zk[lanes] + vk[2 * lanes] * zk[2 * lanes] +
-                             vk[3 * lanes] * zk[3 * lanes];
-        out[k] += vk[0] * value;
-        out[lanes + k] += vk[lanes] * value;
-        out[2 * lanes + k] += vk[2 * lanes] * value;
-        out[3 * lanes + k] += vk[3 * lanes] * value;
-      }
+      add_normal<4>(v, zs, out, lanes);
+    } else if (width == 6) {
+      add_normal<6>(v, zs, out, lanes);
     } else {
       for (Eigen::Index k = 0; k < lanes; ++k) {
         double value = 0;
@@ -37,25 +68,33 @@ double half_square(const std::vector<BandedRow>& rows, const Lanes& z) {
   const auto lanes = z.rows();
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(lanes);
   for (const BandedRow& row : rows) {
-    const auto width = std::min<Eigen::Index>(4, z.cols() - row.start);
+    const auto width = std::min(row.values.cols(), z.cols() - row.start);
     const double* zs = z.col(row.start).data();
     const double* v = row.values.data();
-    for (Eigen::Index k = 0; k < lanes; ++k) {
-      double value = 0;
-      for (Eigen::Index c = 0; c < width; ++c) value += v[c * lanes + k] * zs[c * lanes + k];
-      sums[k] += value * value;
+    if (width == 4) {
+      add_squares<4>(v, zs, sums.data(), lanes);
+    } else if (width == 6) {
+      add_squares<6>(v, zs, sums.data(), lanes);
+    } else {
+      for (Eigen::Index k = 0; k < lanes; ++k) {
+        double value = 0;
+        for (Eigen::Index c = 0; c < width; ++c) value += v[c * lanes + k] * zs[c * lanes + k];
+        sums[k] += value * value;
+      }
     }
   }
   return 0.5 * sums.sum();
 }
 
-void BandedFactor::factor(const std::vector<BandedRow>& rows, int columns, int lanes,
+void BandedFactor::factor(const std::vector<BandedRow>& rows, int width, int columns, int lanes,
                           double shift) {
+  LIMBER_DEMAND(width == 4 || width == 6);
+  width_ = width;
   columns_ = columns;
   lanes_ = lanes;
-  r_.assign(static_cast<std::size_t>(columns) * 4 * static_cast<std::size_t>(lanes), 0.0);
+  r_.assign(place(columns), 0.0);
   occupied_.assign(static_cast<std::size_t>(columns), 0);
-  Lanes scratch(lanes, 4);
+  Lanes scratch(lanes, width);
   const double root = std::sqrt(shift);
   std::size_t next = 0;
   for (int column = 0; column < columns; ++column) {
@@ -68,48 +107,49 @@ void BandedFactor::factor(const std::vector<BandedRow>& rows, int columns, int l
     insert(column, scratch.data());
   }
   for (int column = 0; column < columns; ++column) {
-    double* diagonal =
-        r_.data() + static_cast<std::size_t>(column) * 4 * static_cast<std::size_t>(lanes);
+    double* diagonal = r_.data() + place(column);
     for (int k = 0; k < lanes; ++k) diagonal[k] = 1 / diagonal[k];
   }
 }
 
 void BandedFactor::insert(int start, double* row) {
+  if (width_ == 4) return insert_row<4>(start, row);
+  insert_row<6>(start, row);
+}
+
+template <int kWidth>
+void BandedFactor::insert_row(int start, double* row) {
   const auto lanes = static_cast<std::size_t>(lanes_);
-  double *v0 = row, *v1 = row + lanes, *v2 = row + 2 * lanes, *v3 = row + 3 * lanes;
   for (int column = start; column < columns_; ++column) {
-    double* r0 = r_.data() + static_cast<std::size_t>(column) * 4 * lanes;
+    double* r = r_.data() + place(column);
     if (!occupied_[static_cast<std::size_t>(column)]) {
-      std::copy(row, row + 4 * lanes, r0);
+      std::copy(row, row + kWidth * lanes, r);
       occupied_[static_cast<std::size_t>(column)] = 1;
       return;
     }
-    double *r1 = r0 + lanes, *r2 = r0 + 2 * lanes, *r3 = r0 + 3 * lanes;
-#pragma GCC ivdep
-    for (std::size_t k = 0; k < lanes; ++k) {
-      const double h = std::sqrt(r0[k] * r0[k] + v0[k] * v0[k]);
-      const double ih = h > 0 ? 1 / h : 0.0;
-      const double c = h > 0 ? r0[k] * ih : 1.0, s = v0[k] * ih;
-      const double a1 = r1[k], a2 = r2[k], a3 = r3[k];
-      r0[k] = h;
-      r1[k] = c * a1 + s * v1[k];
-      r2[k] = c * a2 + s * v2[k];
-      r3[k] = c * a3 + s * v3[k];
-      v0[k] = c * v1[k] - s * a1;  // the rest of the row, one column to the right
-      v1[k] = c * v2[k] - s * a2;
-      v2[k] = c * v3[k] - s * a3;
-      v3[k] = 0;
+    for (std::size_t k = 0; k < lanes; k += kLaneWidth) {
+      const LaneTurn turn(load_lanes(r + k), load_lanes(row + k));
+      store_lanes(turn.length, r + k);
+      unrolled<kWidth - 1>([&](auto before) {
+        double *of_r = r + (before + 1) * lanes + k, *of_row = row + (before + 1) * lanes + k;
+        const LanePacket a = load_lanes(of_r), b = load_lanes(of_row);
+        store_lanes(turn.cosine * a + turn.sine * b, of_r);
+        // The rest of the row, one column to the right.
+        store_lanes(turn.cosine * b - turn.sine * a, of_row - lanes);
+      });
+      store_lanes(LanePacket::Zero(), row + (kWidth - 1) * lanes + k);
     }
   }
 }
 
-void BandedFactor::forward_substitute(Lanes& x, int from) const {
+template <int kWidth>
+void BandedFactor::forward(Lanes& x, int from) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = from; j < columns_; ++j) {
-    const double* rj = r_.data() + static_cast<std::size_t>(j) * 4 * lanes;
+    const double* rj = r_.data() + place(j);
     double* xj = x.col(j).data();
     for (std::size_t k = 0; k < lanes; ++k) xj[k] *= rj[k];
-    for (int i = 1; i <= 3 && j + i < columns_; ++i) {
+    for (int i = 1; i < kWidth && j + i < columns_; ++i) {
       const double* ri = rj + static_cast<std::size_t>(i) * lanes;
       double* __restrict xi = x.col(j + i).data();
       for (std::size_t k = 0; k < lanes; ++k) xi[k] -= ri[k] * xj[k];
@@ -117,18 +157,29 @@ void BandedFactor::forward_substitute(Lanes& x, int from) const {
   }
 }
 
-void BandedFactor::back_substitute(Lanes& x) const {
+template <int kWidth>
+void BandedFactor::backward(Lanes& x) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = columns_ - 1; j >= 0; --j) {
-    const double* rj = r_.data() + static_cast<std::size_t>(j) * 4 * lanes;
+    const double* rj = r_.data() + place(j);
     double* __restrict xj = x.col(j).data();
-    for (int i = 1; i <= 3 && j + i < columns_; ++i) {
+    for (int i = 1; i < kWidth && j + i < columns_; ++i) {
       const double* ri = rj + static_cast<std::size_t>(i) * lanes;
       const double* xi = x.col(j + i).data();
       for (std::size_t k = 0; k < lanes; ++k) xj[k] -= ri[k] * xi[k];
     }
     for (std::size_t k = 0; k < lanes; ++k) xj[k] *= rj[k];
   }
+}
+
+void BandedFactor::forward_substitute(Lanes& x, int from) const {
+  if (width_ == 4) return forward<4>(x, from);
+  forward<6>(x, from);
+}
+
+void BandedFactor::back_substitute(Lanes& x) const {
+  if (width_ == 4) return backward<4>(x);
+  backward<6>(x);
 }
 
 void BandedFactor::solve(Lanes& x) const {

@@ -9,9 +9,9 @@
 namespace limber::spacetime {
 
 /// H = K + proximal I + a symmetric r x r block at each knot, over the kept frames. K is diagonal
-/// in the modes and at most three kept frames wide, the knots' blocks are dense in the modes. Kept
-/// frames are taken together in groups, mostly a knot and the frame behind it, such that none
-/// couples to more than the next group:
+/// in the modes and at most three kept frames wide (five, where force rows have four terms), the
+/// knots' blocks are dense in the modes. Kept frames are taken together in groups, mostly a knot
+/// and the frame (or two) behind it, such that none couples to more than the next group:
 ///
 ///        f0  f1 | f2  f3        f: kept frames, each r x r
 ///   f0 [ B   d  | d   d  ]      B: dense (a knot), d: diagonal

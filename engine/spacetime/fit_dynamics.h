@@ -2,6 +2,9 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
+
+#include "engine/spacetime/force_rows.h"
 
 namespace limber::spacetime {
 
@@ -26,5 +29,37 @@ struct ModeFit {
 /// @throws Error{kInvalidArgument} naming z for numbers that are not finite
 [[nodiscard]] ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z,
                                double max_stiffness = std::numeric_limits<double>::infinity());
+
+/// The dynamics that a fit chooses from.
+struct FitOptions {
+  Discretisation discretisation = Discretisation::kDifferences;
+  double smoothing = 0;                                            // tau [frames], >= 0
+  double max_stiffness = std::numeric_limits<double>::infinity();  // [1/frame^2], >= 0
+  /// Of a sampled mode: where to look as well, so that what is found is no worse. Does nothing to
+  /// the published form, whose fit is exact.
+  std::optional<ModeFit> known = std::nullopt;
+  Beginning beginning = Beginning::kFromRest;
+
+  /// Bounds of zeta = d / (2 sqrt(lambda)) of sampled modes. Bodies lose more than the lower one;
+  /// above the upper one a motion of some seconds does not tell how much.
+  static constexpr double kLeastDampingRatio = 1e-4, kGreatestDampingRatio = 2;
+  /// Of a sampled mode [1/frame^2], that of the Nyquist frequency, pi^2: faster swings look like
+  /// slower ones.
+  static constexpr double kGreatestSampledStiffness = 9.869604401089358;
+};
+
+/// The same for the forces of these options (ForceRows).
+///
+/// Sampled modes: minimises over omega and zeta, lambda = omega^2 and d = 2 zeta omega, in their
+/// bounds. Forces are not linear in them, so there may be several minima. It is the lowest
+/// that is reached from three starts: the best of a grid, `known`, and the linear prediction of
+/// each frame by the two before it, which is exact for free motion. Where omega is 0, so is d.
+/// @throws Error{kInvalidArgument} as above
+[[nodiscard]] ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z,
+                               const FitOptions& options);
+
+/// The nearest dynamics within the bounds: stiffness is lowered, and the damping ratio of sampled
+/// modes kept where it is within its own bounds.
+[[nodiscard]] ModeFit bounded_fit(const ModeFit& fit, const FitOptions& options);
 
 }  // namespace limber::spacetime

@@ -30,14 +30,14 @@ void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const Constrain
   std::vector<BandedRow> all;
   all.reserve(systems.rows().size() + rows.keyframe_blocks().size());
   for (const TermBlock& block : rows.keyframe_blocks()) {
-    BandedRow row{systems.kept_of_knot(block.knot), Lanes::Zero(systems.lanes(), 4)};
+    BandedRow row{systems.kept_of_knot(block.knot), Lanes::Zero(systems.lanes(), systems.width())};
     row.values.col(0).setConstant(std::sqrt(weights_[block.knot]));
     all.push_back(std::move(row));
   }
   all.insert(all.end(), systems.rows().begin(), systems.rows().end());
   std::stable_sort(all.begin(), all.end(),
                    [](const BandedRow& a, const BandedRow& b) { return a.start < b.start; });
-  band_.factor(all, systems.kept_count(), systems.lanes(), ModeSystems::kProximal);
+  band_.factor(all, systems.width(), systems.kept_count(), systems.lanes(), ModeSystems::kProximal);
   std::vector<int> frames;
   for (const TermBlock& block : rows.position_blocks())
     frames.push_back(systems.kept_of_knot(block.knot));

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <type_traits>
+#include <utility>
 
 namespace limber::spacetime {
 
@@ -30,6 +32,16 @@ inline constexpr int kLaneWidth = 4;  // doubles of one vector operation
 
 [[nodiscard]] inline double lane_dot(const Lanes& a, const Lanes& b) {
   return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
+}
+
+/// f(0), ..., f(kCount - 1), each with its number as a constant: inside a loop over lanes, where an
+/// inner loop would keep the compiler from making it a vector loop.
+template <int kCount, class Body>
+inline void unrolled(const Body& body) {
+  [&]<int... kIndex>(std::integer_sequence<int, kIndex...>) {
+    (body(std::integral_constant<int, kIndex>{}), ...);
+  }
+  (std::make_integer_sequence<int, kCount>{});
 }
 
 /// y_k += alpha x_k

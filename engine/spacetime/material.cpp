@@ -5,20 +5,41 @@
 #include <complex>
 #include <numbers>
 
+#include "engine/spacetime/force_rows.h"
+
 namespace limber::spacetime {
 namespace {
 
 /// Of each mode. Frame by frame: a row of a long motion would fetch all of it from memory.
 Eigen::ArrayXd mode_force_energies(const ModeDynamics& dynamics,
                                    const Eigen::Ref<const Eigen::MatrixXd>& z) {
-  const Eigen::ArrayXd damping = dynamics.damping.head(z.rows());
-  const Eigen::ArrayXd centre = dynamics.stiffness.head(z.rows()).array() - damping - 2;
-  const Eigen::ArrayXd next = 1 + damping;
   Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(z.rows());
-  for (Eigen::Index i = 0; i + 2 < z.cols(); ++i)
-    sums +=
-        (z.col(i).array() + centre * z.col(i + 1).array() + next * z.col(i + 2).array()).square();
+  if (z.cols() < 3) return sums;
+  const ForceRows rows(dynamics, static_cast<int>(z.cols()));
+  Eigen::ArrayXd force(z.rows());
+  for (int row = rows.first(); row <= rows.last(); ++row) {
+    force.setZero();
+    for (int term = 0; term <= rows.reach(); ++term) {
+      const int frame = row + term;
+      if (frame < 0 || frame >= z.cols()) continue;
+      force += Eigen::Map<const Eigen::ArrayXd>(rows.coefficient(row, term), z.rows()) *
+               z.col(frame).array();
+    }
+    sums += force.square();
+  }
   return 0.5 * sums;
+}
+
+/// Rates s of the free solutions exp(-s t) of a sampled mode.
+struct SampledRates {
+  double decay = 0, natural = 0;  // of the slower part; |s|, [1/frame]
+};
+
+SampledRates sampled_rates(double stiffness, double damping) {
+  const double half = damping / 2, swing2 = stiffness - half * half;
+  if (swing2 > 0) return {half, std::sqrt(stiffness)};
+  const double faster = half + std::sqrt(-swing2);
+  return {faster > 0 ? stiffness / faster : 0.0, std::sqrt(stiffness)};
 }
 
 }  // namespace
@@ -48,16 +69,29 @@ double unit_force_energy(const Material& material,
   return lengths * mode_force_energies(material.dynamics, motion).matrix();
 }
 
-double frequency_of(double stiffness) {
+double frequency_of(double stiffness, Discretisation discretisation) {
+  if (discretisation == Discretisation::kSampled)
+    return std::sqrt(std::max(stiffness, 0.0)) / (2 * std::numbers::pi);
   return std::asin(std::sqrt(std::clamp(stiffness / 4, 0.0, 1.0))) / std::numbers::pi;
 }
 
-double stiffness_of(double frequency) {
+double stiffness_of(double frequency, Discretisation discretisation) {
+  if (discretisation == Discretisation::kSampled) {
+    const double angle = 2 * std::numbers::pi * frequency;
+    return angle * angle;
+  }
   const double sine = std::sin(std::numbers::pi * frequency);
   return 4 * sine * sine;
 }
 
-ModeResponse mode_response(double stiffness, double damping, double frames_per_second) {
+ModeResponse mode_response(double stiffness, double damping, double frames_per_second,
+                           Discretisation discretisation) {
+  if (discretisation == Discretisation::kSampled) {
+    const SampledRates rates = sampled_rates(stiffness, damping);
+    return {rates.natural / (2 * std::numbers::pi) * frames_per_second,
+            rates.natural > 0 ? damping / (2 * rates.natural) : 0.0,
+            rates.decay * frames_per_second};
+  }
   // A mode is two rates s, x = exp(s / fps): decay -Re s, frequency |s|.
   const double half = (2 + damping - stiffness) / (2 * (1 + damping));
   const std::complex<double> root =

@@ -26,7 +26,7 @@ struct Material {
 /// d E_s / d S, R x r.
 [[nodiscard]] Eigen::MatrixXd column_gradient(const Eigen::Ref<const Eigen::MatrixXd>& mixing);
 
-/// E_f of a whole motion z, r x N (eq. 17a).
+/// E_f of a whole motion z, r x N (eq. 17a, or as the dynamics say: ForceRows).
 [[nodiscard]] double force_energy(const ModeDynamics& dynamics,
                                   const Eigen::Ref<const Eigen::MatrixXd>& motion);
 
@@ -35,21 +35,26 @@ struct Material {
 [[nodiscard]] double unit_force_energy(const Material& material,
                                        const Eigen::Ref<const Eigen::MatrixXd>& motion);
 
-/// Undamped frequency [1/frame] of an oscillator of this stiffness [1/frame^2], lambda = 2 - 2
-/// cos(2 pi s): 1/2, the Nyquist frequency, from lambda = 4 on.
-[[nodiscard]] double frequency_of(double stiffness);
-/// The inverse, for 0 <= frequency <= 1/2.
-[[nodiscard]] double stiffness_of(double frequency);
+/// Undamped frequency [1/frame] of an oscillator of this stiffness [1/frame^2]: of differences
+/// lambda = 2 - 2 cos(2 pi s), 1/2, the Nyquist frequency, from lambda = 4 on; of sampled modes
+/// lambda = (2 pi s)^2.
+[[nodiscard]] double frequency_of(double stiffness,
+                                  Discretisation discretisation = Discretisation::kDifferences);
+/// The inverse, for 0 <= frequency, of differences <= 1/2.
+[[nodiscard]] double stiffness_of(double frequency,
+                                  Discretisation discretisation = Discretisation::kDifferences);
 
-/// How a mode swings when nothing holds it, in the frames that are shown: from the roots of
-/// (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a).
+/// How a mode swings when nothing holds it. Of differences in the frames that are shown, from the
+/// roots of (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a).
+/// Of sampled modes in time: omega = sqrt(lambda), d = 2 zeta omega.
 struct ModeResponse {
-  double frequency_hz = 0;   // of the undamped mode; at most half the frames per second
+  double frequency_hz = 0;  // of the undamped mode; of differences at most half the frames a second
   double damping_ratio = 0;  // of critical; above 1 the mode creeps back without a swing
   double decay_per_s = 0;    // of the amplitude, of its slower part above critical damping [1/s]
 };
-[[nodiscard]] ModeResponse mode_response(double stiffness, double damping,
-                                         double frames_per_second);
+[[nodiscard]] ModeResponse mode_response(
+    double stiffness, double damping, double frames_per_second,
+    Discretisation discretisation = Discretisation::kDifferences);
 
 /// Which unknowns a material optimisation moves.
 enum class MaterialVariables {

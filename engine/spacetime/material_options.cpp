@@ -40,7 +40,8 @@ void MaterialOptions::validate() const {
 double slow_frequency_of(const ModeDynamics& dynamics, int held) {
   if (held >= dynamics.stiffness.size() || !(dynamics.stiffness[held] > 0))
     return MaterialOptions::kSlowestNeeded;
-  return std::min(MaterialOptions::kSlowestNeeded, frequency_of(dynamics.stiffness[held]));
+  return std::min(MaterialOptions::kSlowestNeeded,
+                  frequency_of(dynamics.stiffness[held], dynamics.discretisation));
 }
 
 }  // namespace limber::spacetime

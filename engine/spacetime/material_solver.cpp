@@ -12,6 +12,7 @@
 #include "engine/base/error.h"
 #include "engine/base/numerics/line_search.h"
 #include "engine/spacetime/fit_dynamics.h"
+#include "engine/spacetime/force_rows.h"
 #include "engine/spacetime/material_step.h"
 
 namespace limber::spacetime {
@@ -60,6 +61,9 @@ void validate(const reduced::Kinematics& kinematics, const Timeline& timeline,
   };
   if (bad(dynamics.stiffness) || bad(dynamics.damping))
     refuse_material("material.dynamics", "material.dynamics must be finite and >= 0");
+  if (!is_discretisation(dynamics.discretisation) || !is_smoothing(dynamics.smoothing))
+    refuse_material("material.dynamics",
+                    "material.dynamics must have a discretisation and a smoothing in [0, 1e6]");
   if (!material.mixing.allFinite())
     refuse_material("material.mixing", "material.mixing must be finite");
   if (motion.rows() != modes || motion.cols() != timeline.frame_count || !motion.allFinite()) {
@@ -135,7 +139,13 @@ class MaterialSolver::Impl {
   /// step.
   [[nodiscard]] double total_energy() const;
   /// Frequencies above this [1/frame] are lowered to it, those of later fits do not exceed it.
+  /// Damping ratios of sampled modes are brought into their bounds.
   void bound_frequencies(double frequency);
+  [[nodiscard]] FitOptions fit_options() const {
+    FitOptions options{material_.dynamics.discretisation, material_.dynamics.smoothing};
+    options.max_stiffness = max_stiffness_;
+    return options;
+  }
   void set_dynamics(ModeDynamics dynamics);
   void fit_dynamics();
   [[nodiscard]] bool step();
@@ -211,12 +221,17 @@ double MaterialSolver::Impl::size_of(const ModeSystems& systems, const MaterialP
 }
 
 void MaterialSolver::Impl::bound_frequencies(double frequency) {
-  max_stiffness_ = stiffness_of(frequency);
   ModeDynamics bounded = material_.dynamics;
-  auto free = bounded.stiffness.tail(bounded.stiffness.size() - options_.held);
-  if ((free.array() <= max_stiffness_).all()) return;
-  free = free.cwiseMin(max_stiffness_);
-  set_dynamics(std::move(bounded));
+  max_stiffness_ = stiffness_of(frequency, bounded.discretisation);
+  bool changed = false;
+  for (Eigen::Index k = options_.held; k < bounded.stiffness.size(); ++k) {
+    const ModeFit given{bounded.stiffness[k], bounded.damping[k]};
+    const ModeFit inside = bounded_fit(given, fit_options());
+    changed |= inside.stiffness != given.stiffness || inside.damping != given.damping;
+    bounded.stiffness[k] = inside.stiffness;
+    bounded.damping[k] = inside.damping;
+  }
+  if (changed) set_dynamics(std::move(bounded));
 }
 
 void MaterialSolver::Impl::fit_dynamics() {
@@ -225,7 +240,9 @@ void MaterialSolver::Impl::fit_dynamics() {
   ModeDynamics fitted = material_.dynamics;
   for (Eigen::Index k = options_.held; k < motion_.rows(); ++k) {
     if (!(motion_.row(k).cwiseAbs().maxCoeff() > still)) continue;
-    const ModeFit fit = fit_mode(motion_.row(k), max_stiffness_);
+    FitOptions options = fit_options();
+    options.known = {fitted.stiffness[k], fitted.damping[k]};
+    const ModeFit fit = fit_mode(motion_.row(k), options);
     fitted.stiffness[k] = fit.stiffness;
     fitted.damping[k] = fit.damping;
   }

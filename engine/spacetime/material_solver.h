@@ -23,7 +23,7 @@ struct MaterialOptions {
   int max_iterations = 300;  // > 0
   // Highest frequency of a mode [1/frame], in (0, 1/2]: lambda <= stiffness_of(max_frequency).
   // Where swings of few frames are allowed, E_f is small for motions that shake: its differences
-  // have the frame as their step.
+  // have the frame as their step. Damping ratios of sampled modes have bounds, too (FitOptions).
   double max_frequency = 1.0 / 8;
   // The first steps keep all frequencies below slow_frequency, the others below max_frequency. From
   // slow modes they reach lower energies and slower motions than from stiff ones. >= 0

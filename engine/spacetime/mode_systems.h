@@ -11,10 +11,10 @@
 
 namespace limber::spacetime {
 
-/// E_f (paper: space-time editing, eq. 17a) as a function of the few frames that matter: each
-/// constrained frame (a "knot") and the frame beside it are kept, all others are eliminated
-/// exactly. E_f = 1/2 sum_k |L_k z_k|^2 over the kept frames; cost of everything below set_knots()
-/// and interpolate() does not depend on N.
+/// E_f (paper: space-time editing, eq. 17a) as a function of the few frames that matter. Each
+/// constrained frame (a "knot") and the frame beside it are kept, two where force rows have four
+/// terms. All others are eliminated exactly. E_f = 1/2 sum_k |L_k z_k|^2 over the kept frames; cost
+/// of everything below set_knots() and interpolate() does not depend on N.
 class ModeSystems {
  public:
   ModeSystems(const ModeDynamics& dynamics, const Timeline& timeline);
@@ -35,6 +35,8 @@ class ModeSystems {
   }
 
   [[nodiscard]] const std::vector<int>& knots_kept() const { return kept_of_knot_; }
+  /// Of rows(): kept frames that one takes together.
+  [[nodiscard]] int width() const { return 2 * force_rows_.reach(); }
 
   /// L: rows over the kept frames, sorted by start.
   [[nodiscard]] const std::vector<BandedRow>& rows() const { return rows_; }
@@ -63,10 +65,12 @@ class ModeSystems {
   static constexpr double kProximal = 1e-8;
 
  private:
-  void append_raw_row(int centre);
+  void keep_frames();
+  void append_run(Run run, const RunCost& cost, int start);
+  void append_raw_row(int row);
 
   int modes_, lanes_;
-  ModeCoefficients coefficients_;
+  ForceRows force_rows_;
   FreeFrames frames_;
   RunElimination elimination_;
   std::vector<int> knots_, kept_, kept_of_knot_;

@@ -18,12 +18,21 @@ enum class EndCondition {
   kPinnedPositionVelocity,  // z = 0 in the end frame and the one beside it
 };
 
+/// How a free mode goes from frame to frame (ForceStencil).
+enum class Discretisation {
+  kDifferences,  // the paper's differences, with the frame as their step
+  kSampled,      // free motion is exact at the frames, at any frequency
+};
+
 /// Linear modal dynamics with the frame as the unit of time (paper: space-time editing, eqs. 3 and
-/// 17a). The residual of mode k at frame i is z_(i-1) + (-2 - d_k + lambda_k) z_i + (1 + d_k)
-/// z_(i+1).
+/// 17a): z'' + d z' + lambda z = 0 where no force acts. A mode of frequency omega and damping ratio
+/// zeta has lambda = omega^2 and d = 2 zeta omega. What is minimised, E_f, is
+/// 1/2 sum_i (f_i^2 + tau^2 (f_(i+1) - f_i)^2) over the forces f_i of each mode (ForceRows).
 struct ModeDynamics {
   Eigen::VectorXd stiffness;  // lambda, r, [1/frame^2], >= 0
   Eigen::VectorXd damping;    // d, r, [1/frame], >= 0
+  Discretisation discretisation = Discretisation::kDifferences;
+  double smoothing = 0;  // tau [frames], >= 0: about the time in which forces change
 };
 
 struct Timeline {

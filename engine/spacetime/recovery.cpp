@@ -10,6 +10,7 @@
 #include "engine/base/clauses.h"
 #include "engine/base/degrees.h"
 #include "engine/base/error.h"
+#include "engine/spacetime/force_rows.h"
 #include "engine/spacetime/recovery_energy.h"
 #include "engine/spacetime/recovery_start.h"
 #include "engine/spacetime/recovery_step.h"
@@ -59,7 +60,8 @@ void check(const Eigen::Ref<const Eigen::MatrixXd>& target, const Eigen::VectorX
 }
 
 void check(const RecoveredMotion& warm, const Eigen::Ref<const Eigen::MatrixXd>& target,
-           int modes) {
+           const RecoveryOptions& options) {
+  const int modes = options.modes;
   const bool fits = warm.z.rows() == modes && warm.z.cols() == target.cols() &&
                     warm.mixing.rows() == target.rows() && warm.mixing.cols() == modes &&
                     warm.dynamics.stiffness.size() == modes &&
@@ -70,20 +72,32 @@ void check(const RecoveredMotion& warm, const Eigen::Ref<const Eigen::MatrixXd>&
                      (warm.dynamics.stiffness.array() >= 0).all() &&
                      (warm.dynamics.damping.array() >= 0).all();
   if (!valid) refuse("warm", "stiffness and damping must be >= 0 and all numbers finite");
+  if (warm.dynamics.discretisation != options.discretisation ||
+      warm.dynamics.smoothing != options.smoothing)
+    refuse("warm", "the motion to begin with has other forces than the recovery");
+}
+
+/// With the forces that the options say.
+RecoveredMotion formed(RecoveredMotion start, const RecoveryOptions& options) {
+  start.dynamics.discretisation = options.discretisation;
+  start.dynamics.smoothing = options.smoothing;
+  return start;
 }
 
 /// Lambda, D and z that fit S.
-RecoveredMotion fitted(RecoveredMotion start, const RecoveryEnergy& energy) {
+RecoveredMotion fitted(RecoveredMotion start, const RecoveryEnergy& energy,
+                       const RecoveryOptions& options) {
+  start = formed(std::move(start), options);
   energy.fit_dynamics(start);
   energy.fit_motion(start);
   return start;
 }
 
 RecoveredMotion begin_in_components(const RecoveryEnergy& energy, const RecoveryOptions& options) {
-  RecoveredMotion result = fitted(principal_start(energy.target(), options.modes), energy);
+  RecoveredMotion result = fitted(principal_start(energy.target(), options.modes), energy, options);
   auto separated = separated_start(energy.target(), options.modes, options.driven_frames);
   if (!separated) return result;
-  RecoveredMotion other = fitted(std::move(*separated), energy);
+  RecoveredMotion other = fitted(std::move(*separated), energy, options);
   return energy.value(other).total < energy.value(result).total ? other : result;
 }
 
@@ -97,12 +111,17 @@ std::string describe_mixed_modes(const RecoveredMotion& motion, Eigen::Index dri
                         change = motion.z.middleCols(driven + 2, count) - now,
                         acceleration = change - now + motion.z.middleCols(driven, count);
   const Eigen::ArrayXd size = acceleration.rowwise().squaredNorm().array().max(1e-300);
-  const Eigen::ArrayXd alone = (acceleration + motion.dynamics.stiffness.asDiagonal() * now +
-                                motion.dynamics.damping.asDiagonal() * change)
-                                   .rowwise()
-                                   .squaredNorm()
-                                   .array() /
-                               size;
+  Eigen::ArrayXd alone(motion.z.rows());
+  for (Eigen::Index k = 0; k < alone.size(); ++k) {
+    const ForceStencil stencil = force_stencil(motion.dynamics, k);
+    // Accelerations of sampled modes count q times (ForceStencil).
+    const bool is_sampled = motion.dynamics.discretisation == Discretisation::kSampled;
+    const double gain = is_sampled ? stencil.next : 1.0;
+    const Eigen::RowVectorXd force = stencil.before * acceleration.row(k) +
+                                     (stencil.next - stencil.before) * change.row(k) +
+                                     motion.dynamics.stiffness[k] * now.row(k);
+    alone[k] = force.squaredNorm() / (gain * gain * size[k]);
+  }
   const Eigen::ArrayXd together =
       (acceleration + coupled->stiffness * now + coupled->damping * change)
           .rowwise()
@@ -135,7 +154,8 @@ RecoveredMotion begin(const RecoveryEnergy& energy, const Eigen::VectorXd& eigen
   const bool principal = options.variables == MaterialVariables::kAll &&
                          options.start == RecoveryStart::kPrincipalComponents;
   if (principal) return begin_in_components(energy, options);
-  RecoveredMotion result = spectrum_start(energy.target(), eigenvalues, options.modes);
+  RecoveredMotion result =
+      formed(spectrum_start(energy.target(), eigenvalues, options.modes), options);
   energy.fit_motion(result);
   return result;
 }
@@ -177,12 +197,14 @@ Recovery descend(const RecoveryEnergy& energy, RecoveredMotion start,
   return result;
 }
 
-Recovery of_no_motion(Eigen::Index coordinates, Eigen::Index frames, int modes) {
+Recovery of_no_motion(Eigen::Index coordinates, Eigen::Index frames,
+                      const RecoveryOptions& options) {
+  const int modes = options.modes;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(modes);
   Recovery result;
   result.motion = {Eigen::MatrixXd::Zero(modes, frames),
                    Eigen::MatrixXd::Identity(coordinates, modes),
-                   {none, none}};
+                   {none, none, options.discretisation, options.smoothing}};
   result.swings = result.motion;
   result.report.status = RecoveryStatus::kConverged;
   result.report.message = "the motion is zero: it says nothing about the material";
@@ -198,6 +220,9 @@ void RecoveryOptions::validate() const {
   require(column_weight >= kLeastColumnWeight && column_weight <= kGreatestWeight, "column_weight",
           column_weight, "in [1e-30, 1e12]");
   require(driven_frames >= 0, "driven_frames", driven_frames, ">= 0");
+  if (!is_discretisation(discretisation))
+    refuse("discretisation", "discretisation is not a discretisation");
+  require(is_smoothing(smoothing), "smoothing", smoothing, "in [0, 1e6]");
   require(tolerance > 0 && tolerance < 1, "tolerance", tolerance, "in (0, 1)");
   require(max_steps > 0, "max_steps", max_steps, "> 0");
 }
@@ -206,8 +231,8 @@ Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
                  const Eigen::VectorXd& eigenvalues, const RecoveryOptions& options,
                  const JobContext& job, const RecoveredMotion* warm) {
   check(target, eigenvalues, options);
-  if (warm != nullptr) check(*warm, target, options.modes);
-  if (target.isZero(0)) return of_no_motion(target.rows(), target.cols(), options.modes);
+  if (warm != nullptr) check(*warm, target, options);
+  if (target.isZero(0)) return of_no_motion(target.rows(), target.cols(), options);
 
   const RecoveryEnergy energy(target, options);
   Recovery result =
@@ -254,13 +279,15 @@ Continuation continue_freely(const RecoveredMotion& motion, int frames) {
   for (Eigen::Index k = 0; k < motion.z.rows(); ++k) {
     const double d = motion.dynamics.damping[k];
     double lambda = motion.dynamics.stiffness[k];
-    if (lambda > 4 + 2 * d) {
+    const bool is_sampled = motion.dynamics.discretisation == Discretisation::kSampled;
+    if (!is_sampled && lambda > 4 + 2 * d) {
       lambda = 3 + 1.5 * d;
       ++result.bounded_modes;
     }
+    const ForceStencil stencil = force_stencil(motion.dynamics.discretisation, lambda, d);
     double before = motion.z(k, motion.z.cols() - 2), now = motion.z(k, motion.z.cols() - 1);
     for (Eigen::Index i = 0; i < frames; ++i) {
-      const double next = ((2 + d - lambda) * now - before) / (1 + d);
+      const double next = -(stencil.centre * now + stencil.before * before) / stencil.next;
       before = now;
       result.z(k, i) = now = next;
     }
@@ -274,7 +301,9 @@ Continuation continue_freely(const Recovery& recovery, int frames) {
   rest.z = recovery.motion.z - recovery.swings.z;
   const Eigen::MatrixXd beside = continue_freely(rest, frames).z;
   for (Eigen::Index k = 0; k < beside.rows(); ++k) {
-    const double per_frame = frequency_of(recovery.swings.dynamics.stiffness[k]) * kFullTurn / 4;
+    const ModeDynamics& dynamics = recovery.swings.dynamics;
+    const double per_frame =
+        frequency_of(dynamics.stiffness[k], dynamics.discretisation) * kFullTurn / 4;
     for (Eigen::Index i = 0; i < frames; ++i) {
       const double angle = static_cast<double>(i + 1) * per_frame;
       if (angle < kFullTurn / 4) result.z(k, i) += std::pow(std::cos(angle), 2) * beside(k, i);

@@ -31,6 +31,10 @@ struct RecoveryOptions {
   /// Of the first frames, >= 0: forces are known to act in them (someone pushes), so that forces
   /// there do not count. 0 is the paper's E_f.
   int driven_frames = 0;
+  /// Of E_f, and of the dynamics that are found (ModeDynamics). With sampled modes recovered lambda
+  /// and damping ratios have the bounds of FitOptions.
+  Discretisation discretisation = Discretisation::kDifferences;
+  double smoothing = 0;     // tau [frames], in [0, 1e6]
   double tolerance = 1e-6;  // a step that gains less of the energy is the last, in (0, 1)
   int max_steps = 300;      // > 0
 
@@ -89,13 +93,13 @@ struct Recovery {
 
 struct Continuation {
   Eigen::MatrixXd z;  // r x frames
-  /// Modes whose recurrence would explode (lambda > 4 + 2 d): three quarters of that was taken for
-  /// their lambda, where the swing of two frames does not grow.
+  /// Modes whose recurrence would explode (differences with lambda > 4 + 2 d): three quarters of
+  /// that was taken for their lambda, where the swing of two frames does not grow.
   int bounded_modes = 0;
 };
 
 /// How the motion continues without force after its last two frames:
-///   z_(i+1) = ((2 + d - lambda) z_i - z_(i-1)) / (1 + d).
+///   next z_(i+1) = -centre z_i - before z_(i-1)    (ForceStencil).
 /// @throws Error{kInvalidArgument} naming `frames` (>= 0) or `motion` (fewer than 2 frames)
 [[nodiscard]] Continuation continue_freely(const RecoveredMotion& motion, int frames);
 

@@ -1,6 +1,5 @@
 #include "engine/spacetime/recovery_energy.h"
 
-#include <array>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -12,9 +11,16 @@ namespace {
 
 constexpr double kProximal = 1e-10;  // of the constraints' second derivative
 
-std::array<double, 3> row_of(const ModeDynamics& dynamics, Eigen::Index mode) {
-  const double lambda = dynamics.stiffness[mode], d = dynamics.damping[mode];
-  return {1, -2 - d + lambda, 1 + d};
+/// f(index of the row, term, frame) over the terms of all rows that have a frame.
+template <class Body>
+void for_terms(const ForceRows& rows, const Body& body) {
+  const int frames = rows.last() + 3;
+  for (int row = rows.first(); row <= rows.last(); ++row) {
+    for (int term = 0; term <= rows.reach(); ++term) {
+      if (row + term < 0 || row + term >= frames) continue;
+      body(row, term, row + term);
+    }
+  }
 }
 
 }  // namespace
@@ -26,17 +32,24 @@ RecoveryEnergy::RecoveryEnergy(const Eigen::Ref<const Eigen::MatrixXd>& target,
       column_weight_(options.column_weight),
       driven_(options.driven_frames) {}
 
-Eigen::RowVectorXd RecoveryEnergy::force(const RecoveredMotion& at, Eigen::Index mode) const {
-  const auto row = row_of(at.dynamics, mode);
-  const Eigen::Index rows = at.z.cols() - 2 - driven_;
-  const auto z = at.z.row(mode);
-  return row[0] * z.segment(driven_, rows) + row[1] * z.segment(driven_ + 1, rows) +
-         row[2] * z.segment(driven_ + 2, rows);
+ForceRows RecoveryEnergy::rows_of(const RecoveredMotion& at) const {
+  return {at.dynamics, static_cast<int>(at.z.cols() - driven_), Beginning::kAnyhow};
+}
+
+Eigen::RowVectorXd RecoveryEnergy::force(const ForceRows& rows, const Eigen::MatrixXd& z,
+                                         Eigen::Index mode) const {
+  Eigen::RowVectorXd result = Eigen::RowVectorXd::Zero(rows.last() - rows.first() + 1);
+  for_terms(rows, [&](int row, int term, int frame) {
+    result[row - rows.first()] += rows.coefficient(row, term)[mode] * z(mode, driven_ + frame);
+  });
+  return result;
 }
 
 RecoveryEnergies RecoveryEnergy::value(const RecoveredMotion& at) const {
   RecoveryEnergies result;
-  for (Eigen::Index k = 0; k < at.z.rows(); ++k) result.force += 0.5 * force(at, k).squaredNorm();
+  const ForceRows rows = rows_of(at);
+  for (Eigen::Index k = 0; k < at.z.rows(); ++k)
+    result.force += 0.5 * force(rows, at.z, k).squaredNorm();
   result.constraint = 0.5 * (at.mixing * at.z - target_).squaredNorm();
   result.columns = column_energy(at.mixing);
   result.total = result.force + weight_ * result.constraint + column_weight_ * result.columns;
@@ -45,11 +58,12 @@ RecoveryEnergies RecoveryEnergy::value(const RecoveredMotion& at) const {
 
 Eigen::MatrixXd RecoveryEnergy::gradient_of_motion(const RecoveredMotion& at) const {
   Eigen::MatrixXd result = weight_ * (at.mixing.transpose() * (at.mixing * at.z - target_));
+  const ForceRows rows = rows_of(at);
   for (Eigen::Index k = 0; k < at.z.rows(); ++k) {
-    const auto row = row_of(at.dynamics, k);
-    const Eigen::RowVectorXd f = force(at, k);
-    for (Eigen::Index part = 0; part < 3; ++part)
-      result.row(k).segment(driven_ + part, f.size()) += row[static_cast<std::size_t>(part)] * f;
+    const Eigen::RowVectorXd f = force(rows, at.z, k);
+    for_terms(rows, [&](int row, int term, int frame) {
+      result(k, driven_ + frame) += rows.coefficient(row, term)[k] * f[row - rows.first()];
+    });
   }
   return result;
 }
@@ -62,20 +76,20 @@ Eigen::MatrixXd RecoveryEnergy::gradient_of_mixing(const RecoveredMotion& at) co
 BandedCholesky RecoveryEnergy::factor_motion(const RecoveredMotion& at) const {
   const Eigen::Index r = at.z.rows(), frames = at.z.cols();
   const Eigen::MatrixXd gram = weight_ * (at.mixing.transpose() * at.mixing);
-  Eigen::MatrixXd band = Eigen::MatrixXd::Zero(2 * r + 1, r * frames);
+  const ForceRows rows = rows_of(at);
+  Eigen::MatrixXd band = Eigen::MatrixXd::Zero(rows.reach() * r + 1, r * frames);
   for (Eigen::Index i = 0; i < frames; ++i) {
     for (Eigen::Index k = 0; k < r; ++k) band.col(i * r + k).head(r - k) = gram.col(k).tail(r - k);
   }
   for (Eigen::Index k = 0; k < r; ++k) {
-    const auto row = row_of(at.dynamics, k);
-    for (Eigen::Index i = driven_; i + 2 < frames; ++i) {
-      for (Eigen::Index a = 0; a < 3; ++a) {
-        for (Eigen::Index b = a; b < 3; ++b) {
-          band((b - a) * r, (i + a) * r + k) +=
-              row[static_cast<std::size_t>(a)] * row[static_cast<std::size_t>(b)];
-        }
+    for_terms(rows, [&](int row, int term, int frame) {
+      for (int other = term; other <= rows.reach(); ++other) {
+        // Coefficients of frames outside the time line are zero, the band has no place for them.
+        if (row + other > rows.last() + 2) break;
+        band((other - term) * r, (driven_ + frame) * r + k) +=
+            rows.coefficient(row, term)[k] * rows.coefficient(row, other)[k];
       }
-    }
+    });
   }
   // Scaled by the largest column: independent ones may all have been lost.
   const double scale = std::max(gram.diagonal().maxCoeff(), 1e-100);
@@ -98,20 +112,24 @@ void RecoveryEnergy::fit_motion(RecoveredMotion& at) const {
 
 void RecoveryEnergy::fit_dynamics(RecoveredMotion& at) const {
   for (Eigen::Index k = 0; k < at.z.rows(); ++k) {
-    const ModeFit fit = fit_mode(at.z.row(k).tail(at.z.cols() - driven_));
+    FitOptions options{at.dynamics.discretisation, at.dynamics.smoothing};
+    options.beginning = Beginning::kAnyhow;
+    options.known = {at.dynamics.stiffness[k], at.dynamics.damping[k]};
+    const ModeFit fit = fit_mode(at.z.row(k).tail(at.z.cols() - driven_), options);
     at.dynamics.stiffness[k] = fit.stiffness;
     at.dynamics.damping[k] = fit.damping;
   }
 }
 
 void RecoveryEnergy::balance(RecoveredMotion& at) const {
+  const ForceRows rows = rows_of(at);
   for (Eigen::Index k = 0; k < at.z.rows(); ++k) {
     const double square = at.mixing.col(k).squaredNorm();
     if (square < 1e-200) continue;
     // With the column's squared length tau, and E the mode's force energy where it is 1:
     // E / tau + mu (tau - 1)^2, stationary at tau^2 (tau - 1) = E / (2 mu), convex from 1 on;
     // Newton from above.
-    const double at_one = 0.5 * force(at, k).squaredNorm() * square;
+    const double at_one = 0.5 * force(rows, at.z, k).squaredNorm() * square;
     const double cubic_value = at_one / (2 * column_weight_);
     double tau = 1 + std::cbrt(cubic_value);
     for (int round = 0; round < 100; ++round) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "engine/base/numerics/banded_cholesky.h"
+#include "engine/spacetime/force_rows.h"
 #include "engine/spacetime/recovery.h"
 
 namespace limber::spacetime {
@@ -35,8 +36,11 @@ class RecoveryEnergy {
   void balance(RecoveredMotion& at) const;
 
  private:
+  /// Of the frames that count, as of a time line of their own.
+  [[nodiscard]] ForceRows rows_of(const RecoveredMotion& at) const;
   /// A_k z_k over the frames that count.
-  [[nodiscard]] Eigen::RowVectorXd force(const RecoveredMotion& at, Eigen::Index mode) const;
+  [[nodiscard]] Eigen::RowVectorXd force(const ForceRows& rows, const Eigen::MatrixXd& z,
+                                         Eigen::Index mode) const;
 
   Eigen::MatrixXd target_;
   double weight_, column_weight_;

@@ -13,6 +13,7 @@
 
 #include "engine/base/degrees.h"
 #include "engine/base/numerics/dense.h"
+#include "engine/spacetime/force_rows.h"
 
 namespace limber::spacetime {
 namespace {
@@ -74,8 +75,13 @@ class Poles {
   Eigen::MatrixXd subspace_;
 };
 
-/// Of (1 + d) x^2 - (2 + d - lambda) x + 1 = 0.
-ModeFit dynamics_of(const Pole& pole) {
+/// Of differences (1 + d) x^2 - (2 + d - lambda) x + 1 = 0; of sampled modes x = e^(-s), lambda =
+/// |s|^2, d = 2 Re s.
+ModeFit dynamics_of(const Pole& pole, Discretisation discretisation) {
+  if (discretisation == Discretisation::kSampled) {
+    const Pole rate = -std::log(pole);
+    return {std::norm(rate), 2 * std::max(rate.real(), 0.0)};
+  }
   const double square = std::norm(pole);
   if (square >= 1) return {std::norm(1.0 - pole), 0};
   return {std::norm(1.0 - pole) / square, 1 / square - 1};
@@ -122,15 +128,16 @@ bool is_oscillating(const Pole& pole, Eigen::Index frames) {
 }
 
 /// The nearest free motion of given dynamics.
-Fit fit_given(const Eigen::RowVectorXd& motion, const ModeFit& given) {
-  const double half = 0.5 * (2 + given.damping - given.stiffness) / (1 + given.damping),
-               rest = 1 / (1 + given.damping) - half * half;
+Fit fit_given(const Eigen::RowVectorXd& motion, const ModeFit& given,
+              Discretisation discretisation) {
+  const ForceStencil stencil = force_stencil(discretisation, given.stiffness, given.damping);
+  const double half = -0.5 * stencil.centre / stencil.next,
+               rest = stencil.before / stencil.next - half * half;
   if (rest > 0) return fit_parts(motion, {Pole(half, std::sqrt(rest))});
   // Without a swing: from any two frames.
-  RecoveredMotion begun{
-      Eigen::MatrixXd::Identity(2, 2),
-      {},
-      {Eigen::VectorXd::Constant(2, given.stiffness), Eigen::VectorXd::Constant(2, given.damping)}};
+  const ModeDynamics dynamics{Eigen::VectorXd::Constant(2, given.stiffness),
+                              Eigen::VectorXd::Constant(2, given.damping), discretisation, 0};
+  const RecoveredMotion begun{Eigen::MatrixXd::Identity(2, 2), {}, dynamics};
   Eigen::MatrixXd parts(motion.size(), 2);
   parts << begun.z.transpose(),
       continue_freely(begun, static_cast<int>(motion.size() - 2)).z.transpose();
@@ -147,11 +154,12 @@ Eigen::VectorXd displacement_weights(const Eigen::VectorXd& eigenvalues) {
 
 }  // namespace
 
-ModeSwing fit_swing(const Eigen::RowVectorXd& motion, const ModeFit& given) {
+ModeSwing fit_swing(const Eigen::RowVectorXd& motion, const ModeFit& given,
+                    Discretisation discretisation) {
   ModeSwing result{given, motion, 0, 0};
   const Eigen::Index frames = motion.size();
   if (frames < 3 || motion.isZero(0)) return result;
-  const Fit of_given = fit_given(motion, given);
+  const Fit of_given = fit_given(motion, given, discretisation);
   Fit chosen = of_given;
   ModeFit dynamics = given;
   bool is_found = is_oscillating(chosen.main, frames);
@@ -169,7 +177,7 @@ ModeSwing fit_swing(const Eigen::RowVectorXd& motion, const ModeFit& given) {
             ? fit.residual <= chosen.residual
             : fit.residual <= std::min(kMaxExcess * single, std::max(single, kMaxSingleResidual));
     if (!is_better) continue;
-    dynamics = dynamics_of(fit.main);
+    dynamics = dynamics_of(fit.main, discretisation);
     chosen = std::move(fit);
     is_found = true;
   }
@@ -182,10 +190,11 @@ ModeSwing fit_swing(const Eigen::RowVectorXd& motion, const ModeFit& given) {
   }
   // Fitted to its last swing, or to all if it then moves less: what free motion does not explain
   // may as well go against the continuation as with it.
-  const double swing = 1 / std::max(frequency_of(given.stiffness), 1 / static_cast<double>(frames));
+  const double swing =
+      1 / std::max(frequency_of(given.stiffness, discretisation), 1 / static_cast<double>(frames));
   const Eigen::Index last = std::min(frames, std::max<Eigen::Index>(3, std::llround(swing)));
   const Eigen::RowVectorXd of_all = of_given.largest.tail(last);
-  const Eigen::RowVectorXd of_last = fit_given(motion.tail(last), given).largest;
+  const Eigen::RowVectorXd of_last = fit_given(motion.tail(last), given, discretisation).largest;
   result.z.tail(last) = of_all.norm() < of_last.norm() ? of_all : of_last;
   return result;
 }
@@ -194,7 +203,8 @@ std::vector<ModeSwing> fit_swings(const RecoveredMotion& motion, Eigen::Index dr
   std::vector<ModeSwing> result;
   for (Eigen::Index k = 0; k < motion.z.rows(); ++k) {
     result.push_back(fit_swing(motion.z.row(k).tail(motion.z.cols() - driven),
-                               {motion.dynamics.stiffness[k], motion.dynamics.damping[k]}));
+                               {motion.dynamics.stiffness[k], motion.dynamics.damping[k]},
+                               motion.dynamics.discretisation));
   }
   return result;
 }

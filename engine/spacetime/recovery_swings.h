@@ -25,7 +25,8 @@ struct ModeSwing {
 
 /// @param motion  of one mode, one number a frame, where no known force acts
 /// @param given  the dynamics that need least force for it
-[[nodiscard]] ModeSwing fit_swing(const Eigen::RowVectorXd& motion, const ModeFit& given);
+[[nodiscard]] ModeSwing fit_swing(const Eigen::RowVectorXd& motion, const ModeFit& given,
+                                  Discretisation discretisation = Discretisation::kDifferences);
 
 /// fit_swing() of each mode.
 /// @param driven  frames at the beginning that do not count

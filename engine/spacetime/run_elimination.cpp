@@ -1,9 +1,9 @@
 #include "engine/spacetime/run_elimination.h"
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "engine/base/error.h"
+#include "engine/spacetime/lane_turn.h"
 
 namespace limber::spacetime {
 namespace {
@@ -13,6 +13,61 @@ namespace {
 /// read backwards) the optimum of (17a) is a motion that nobody meant, in the end one beyond double
 /// precision: the run's last frames are held at zero for that mode.
 constexpr double kExplosive = 1.3862943611198906;  // log 4
+
+/// Takes frame j out of the carried rows, kLaneWidth lanes, by the row that begins with it. Carried
+/// rows are over (l1 .. lm, j .. j + m - 1), afterwards over (l1 .. lm, j + 1 .. j + m); row p is
+/// zero behind its (p + 1)th frame of the run.
+/// @param fresh  m + 1 numbers of the row that begins with j; @param is_row  1 or 0: there is none
+/// @param carried, recovered  m rows of 2 m numbers; e1 .. em f1 .. fm; each `stride` apart
+template <int kReach>
+inline void take_out_frame(const LanePacket (&fresh)[kReach + 1], double is_row, double* carried,
+                           double* recovered, Eigen::Index stride) {
+  constexpr int kWidth = 2 * kReach;
+  // The first row ends as that of frame j: in turn all others lose the frame to it.
+  LanePacket own[kWidth + 1], kept[kReach][kWidth];
+  unrolled<kWidth + 1>([&](auto c) {
+    if constexpr (c <= kReach) {
+      own[c] = load_lanes(carried + c * stride);
+    } else {
+      own[c].setZero();
+    }
+  });
+  unrolled<kReach - 1>([&](auto before) {
+    constexpr int kRow = before + 1, kNumbers = kReach + kRow + 1;
+    LanePacket other[kNumbers];
+    unrolled<kNumbers>(
+        [&](auto c) { other[c] = load_lanes(carried + (kWidth * kRow + c) * stride); });
+    const LaneTurn turn(own[kReach], other[kReach]);
+    unrolled<kNumbers>([&](auto c) {
+      if constexpr (c != kReach) {
+        constexpr int kTarget = c < kReach ? c : c - 1;
+        kept[kRow - 1][kTarget] = turn.cosine * other[c] - turn.sine * own[c];
+        own[c] = turn.cosine * own[c] + turn.sine * other[c];
+      }
+    });
+    own[kReach] = turn.length;
+  });
+  const LaneTurn turn(own[kReach], fresh[0]);
+  const LanePacket by_own = -turn.inverse * turn.cosine, by_fresh = -turn.inverse * turn.sine;
+  unrolled<kReach>([&](auto c) {
+    constexpr int kBehind = c + 1;
+    store_lanes(by_own * own[kReach + kBehind] + by_fresh * fresh[kBehind], recovered + c * stride);
+    store_lanes(by_own * own[c], recovered + (kReach + c) * stride);
+    kept[kReach - 1][c] = -turn.sine * own[c];
+    kept[kReach - 1][kReach + c] = turn.cosine * fresh[kBehind] - turn.sine * own[kReach + kBehind];
+  });
+  // A frame held at zero at the last end leaves nothing to eliminate and brings no row: what the
+  // carried rows say of the frames before the run stays a cost.
+  const LanePacket stays = (1 - is_row) * turn.is_zero, goes = 1 - stays;
+  unrolled<kReach>([&](auto p) {
+    unrolled<kReach + p + 1>([&](auto c) {
+      double* place = carried + (kWidth * p + c) * stride;
+      LanePacket value = goes * kept[p][c];
+      if constexpr (c < kReach) value += stays * load_lanes(place);
+      store_lanes(value, place);
+    });
+  });
+}
 
 }  // namespace
 
@@ -33,27 +88,21 @@ FreeFrames::FreeFrames(const Timeline& timeline)
       first_(pinned_frames(timeline.first).value_or(0)),
       last_(timeline.frame_count - 1 - pinned_frames(timeline.last).value_or(0)) {}
 
-RunElimination::RunElimination(const ModeCoefficients& coefficients, const FreeFrames& frames)
-    : coefficients_(coefficients), frames_(frames) {
-  const Eigen::Index lanes = coefficients_.centre.size();
-  memory_.assign(
-      static_cast<std::size_t>(frames.frame_count()) * 4 * static_cast<std::size_t>(lanes), 0.0);
+RunElimination::RunElimination(ForceRows rows, const FreeFrames& frames)
+    : rows_(std::move(rows)), frames_(frames) {
+  const Eigen::Index lanes = rows_.lanes();
+  memory_.assign(place(frames.frame_count()), 0.0);
   none_ = Eigen::VectorXd::Zero(lanes);
   all_ = Eigen::VectorXd::Ones(lanes);
   for (auto* growth : {&forward_[0], &forward_[1], &backward_[0], &backward_[1]})
     growth->resize(lanes);
   for (Eigen::Index k = 0; k < lanes; ++k) {
-    // Roots of next x^2 + centre x + 1 = 0; their product is 1 / next.
-    const double b = coefficients_.centre[k], c = coefficients_.next[k];
-    const double discriminant = b * b - 4 * c;
-    const double log_product = -std::log(c);
-    double large = log_product / 2;
-    if (discriminant > 0) large = std::log((std::abs(b) + std::sqrt(discriminant)) / (2 * c));
-    const double small = log_product - large;
-    forward_[0][k] = large;
-    forward_[1][k] = small;
-    backward_[0][k] = -small;
-    backward_[1][k] = -large;
+    const FreeGrowth growth = rows_.growth(static_cast<int>(k));
+    forward_[0][k] = growth.larger;
+    forward_[1][k] = growth.smaller;
+    // Read backwards damping lets modes grow, unless what they begin with has its cost.
+    backward_[0][k] = rows_.begins_from_rest() ? 0 : -growth.smaller;
+    backward_[1][k] = rows_.begins_from_rest() ? 0 : -growth.larger;
   }
 }
 
@@ -70,94 +119,78 @@ const double* RunElimination::allowed(Run run, int frame) {
   return mask.data();
 }
 
-RunCost RunElimination::eliminate(Run run) {
-  const int lanes = static_cast<int>(coefficients_.centre.size());
-  const int n = frames_.frame_count();
-  const double* centre = coefficients_.centre.data();
-  const double* next = coefficients_.next.data();
-  auto row_exists = [n](int i) { return i >= 1 && i <= n - 2 ? 1.0 : 0.0; };
-
-  // Two carried rows over (l1, l2, j, j + 1): x has no entry at j + 1 (rows run.first - 1 and
-  // run.first of A).
-  Lanes carry = Lanes::Zero(lanes, 7);
-  double *xl1 = carry.col(0).data(), *xl2 = carry.col(1).data(), *x0 = carry.col(2).data();
-  double *yl1 = carry.col(3).data(), *yl2 = carry.col(4).data(), *y0 = carry.col(5).data(),
-         *y1 = carry.col(6).data();
-  const double left1 = frames_.contains(run.first - 2) ? 1.0 : 0.0;
-  const double left2 = frames_.contains(run.first - 1) ? 1.0 : 0.0;
-  const double *p0 = allowed(run, run.first), *p1 = allowed(run, run.first + 1);
-  {
-    const double rx = row_exists(run.first - 1), ry = row_exists(run.first);
-    for (int k = 0; k < lanes; ++k) {
-      xl1[k] = rx * left1;
-      xl2[k] = rx * left2 * centre[k];
-      x0[k] = rx * next[k] * p0[k];
-      yl2[k] = ry * left2;
-      y0[k] = ry * centre[k] * p0[k];
-      y1[k] = ry * next[k] * p1[k];
+/// The rows that begin before the run and end in it: row p begins m - p frames before.
+template <int kReach>
+RunCost RunElimination::rows_before(Run run) {
+  const int lanes = rows_.lanes();
+  RunCost cost{Lanes::Zero(lanes, 2 * kReach * kReach)};
+  for (int p = 0; p < kReach; ++p) {
+    const int row = run.first - kReach + p;
+    for (int term = 0; term <= kReach; ++term) {
+      const int frame = row + term;
+      const double* coefficient = rows_.coefficient(row, term);
+      const double* mask = allowed(run, frame);
+      double* out = cost.rows.col(2 * kReach * p + p + term).data();
+      for (int k = 0; k < lanes; ++k) out[k] = coefficient[k] * mask[k];
     }
   }
-  for (int j = run.first; j <= run.last; ++j) {
-    const double* p2 = allowed(run, j + 2);
-    const double exists = row_exists(j + 1);
-    double* out =
-        memory_.data() + static_cast<std::size_t>(j) * 4 * static_cast<std::size_t>(lanes);
-    for (int k = 0; k < lanes; ++k) {
-      const double n0 = exists * p0[k], n1 = exists * centre[k] * p1[k],
-                   n2 = exists * next[k] * p2[k];
-      const double h = std::sqrt(x0[k] * x0[k] + y0[k] * y0[k]);
-      const double ih = h > 0 ? 1 / h : 0.0;
-      const double c = h > 0 ? x0[k] * ih : 1.0, s = y0[k] * ih;
-      const double ul1 = c * xl1[k] + s * yl1[k], ul2 = c * xl2[k] + s * yl2[k], u1 = s * y1[k];
-      const double vl1 = c * yl1[k] - s * xl1[k], vl2 = c * yl2[k] - s * xl2[k], v1 = c * y1[k];
-      const double d = std::sqrt(h * h + n0 * n0);
-      const double id = d > 0 ? 1 / d : 0.0;
-      const double c2 = d > 0 ? h * id : 1.0, s2 = n0 * id;
-      out[k] = -id * (c2 * u1 + s2 * n1);
-      out[lanes + k] = -id * s2 * n2;
-      out[2 * lanes + k] = -id * c2 * ul1;
-      out[3 * lanes + k] = -id * c2 * ul2;
-      // A frame held at zero at the last end leaves nothing to eliminate and brings no row: what
-      // the two carried rows say of l1 and l2 stays a cost.
-      const bool stays = d == 0 && exists == 0;
-      xl1[k] = stays ? xl1[k] : vl1;
-      xl2[k] = stays ? xl2[k] : vl2;
-      x0[k] = stays ? 0.0 : v1;
-      yl1[k] = stays ? yl1[k] : -s2 * ul1;
-      yl2[k] = stays ? yl2[k] : -s2 * ul2;
-      y0[k] = stays ? 0.0 : c2 * n1 - s2 * u1;
-      y1[k] = stays ? 0.0 : c2 * n2;
-    }
-    p0 = p1;
-    p1 = p2;
-  }
-  RunCost cost{Lanes::Zero(lanes, 8)};
-  cost.rows.col(0) = carry.col(0);
-  cost.rows.col(1) = carry.col(1);
-  cost.rows.col(2) = carry.col(2);
-  cost.rows.rightCols(4) = carry.rightCols(4);
   return cost;
 }
 
-void RunElimination::fill(Run run, int first, Eigen::MatrixXd& z) const {
+template <int kReach>
+RunCost RunElimination::eliminate_rows(Run run) {
+  const Eigen::Index lanes = rows_.lanes();
+  RunCost cost = rows_before<kReach>(run);
+  double* carried = cost.rows.data();
+  const double *mask[kReach + 1], *coefficients[kReach + 1];
+  for (int t = 0; t < kReach; ++t) mask[t] = allowed(run, run.first + t);
+  for (int j = run.first; j <= run.last; ++j) {
+    mask[kReach] = allowed(run, j + kReach);
+    for (int t = 0; t <= kReach; ++t) coefficients[t] = rows_.coefficient(j, t);
+    const double is_row = rows_.contains(j) ? 1 : 0;
+    double* recovered = memory_.data() + place(j);
+    for (Eigen::Index k = 0; k < lanes; k += kLaneWidth) {
+      LanePacket fresh[kReach + 1];
+      unrolled<kReach + 1>(
+          [&](auto t) { fresh[t] = load_lanes(coefficients[t] + k) * load_lanes(mask[t] + k); });
+      take_out_frame<kReach>(fresh, is_row, carried + k, recovered + k, lanes);
+    }
+    for (int t = 0; t < kReach; ++t) mask[t] = mask[t + 1];
+  }
+  return cost;
+}
+
+RunCost RunElimination::eliminate(Run run) {
+  return rows_.reach() == 2 ? eliminate_rows<2>(run) : eliminate_rows<3>(run);
+}
+
+template <int kReach>
+void RunElimination::fill_run(Run run, int first, Eigen::MatrixXd& z) const {
   const int modes = static_cast<int>(z.rows());
-  const auto lanes = static_cast<std::size_t>(coefficients_.centre.size());
+  const auto lanes = static_cast<Eigen::Index>(rows_.lanes());
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(modes);
   auto column = [&](int frame) {
     return frames_.contains(frame) ? z.col(frame - first).data() : rest.data();
   };
-  const double* __restrict l1 = column(run.first - 2);
-  const double* __restrict l2 = column(run.first - 1);
+  const double *before[kReach], *behind[kReach];
+  for (int c = 0; c < kReach; ++c) before[c] = column(run.first - kReach + c);
   for (int j = run.last; j >= run.first; --j) {
-    const double* __restrict e = memory_.data() + static_cast<std::size_t>(j) * 4 * lanes;
-    const double *f = e + 2 * lanes, *e2 = e + lanes, *f2 = e + 3 * lanes;
-    const double *z1 = column(j + 1), *z2 = column(j + 2);
+    const double* recovered = memory_.data() + place(j);
+    for (int c = 0; c < kReach; ++c) behind[c] = column(j + 1 + c);
     double* out = z.col(j - first).data();
 #pragma GCC ivdep
-    for (int k = 0; k < modes; ++k) {
-      out[k] = e[k] * z1[k] + e2[k] * z2[k] + f[k] * l1[k] + f2[k] * l2[k];
+    for (Eigen::Index k = 0; k < modes; ++k) {
+      double sum = 0;
+      unrolled<kReach>([&](auto c) { sum += recovered[c * lanes + k] * behind[c][k]; });
+      unrolled<kReach>([&](auto c) { sum += recovered[(kReach + c) * lanes + k] * before[c][k]; });
+      out[k] = sum;
     }
   }
+}
+
+void RunElimination::fill(Run run, int first, Eigen::MatrixXd& z) const {
+  if (rows_.reach() == 2) return fill_run<2>(run, first, z);
+  fill_run<3>(run, first, z);
 }
 
 }  // namespace limber::spacetime

@@ -4,16 +4,11 @@
 #include <optional>
 #include <vector>
 
+#include "engine/spacetime/force_rows.h"
 #include "engine/spacetime/lanes.h"
 #include "engine/spacetime/problem.h"
 
 namespace limber::spacetime {
-
-/// The rows of A (see NOTATION.md) have the same three numbers in every frame: 1, centre, next.
-struct ModeCoefficients {
-  Eigen::VectorXd centre;  // -2 - d + lambda, one per lane
-  Eigen::VectorXd next;    // 1 + d
-};
 
 /// How many frames an end condition holds; nothing for a number that is none.
 [[nodiscard]] std::optional<int> pinned_frames(EndCondition end);
@@ -38,20 +33,19 @@ struct Run {
   int first, last;
 };
 
-/// What an eliminated run costs: two rows over (l1, l2, r1, r2), the two frames before and the two
-/// behind it: min over the run of sum_i residual_i^2 = |row 0|^2 + |row 1|^2. Four coefficient
-/// columns a row.
+/// What an eliminated run costs: with m = ForceRows::reach(), m rows over (l1 .. lm, r1 .. rm), the
+/// frames before and behind it: min over the run of sum_i |row_i z|^2 = sum_p |row p|^2.
 struct RunCost {
-  Lanes rows;  // lanes x 8: row 0 then row 1
+  Lanes rows;  // lanes x (m * 2 m): 2 m coefficients of row 0, then those of the next
 };
 
-/// Eliminates runs by Givens rotations of the residual rows (an orthogonal reduction: nothing is
-/// ever squared, so a mode with lambda = 0 loses N^2, not N^4) and gives the frames of a run back
+/// Eliminates runs by Givens rotations of the force rows. That is an orthogonal reduction: nothing
+/// is ever squared, so a mode with lambda = 0 loses N^2, not N^4. It gives the frames of a run back
 /// from the frames around it:
-///   z_j = e1 z_(j+1) + e2 z_(j+2) + f1 z_(l1) + f2 z_(l2).
+///   z_j = e1 z_(j+1) + .. + em z_(j+m) + f1 z_(l1) + .. + fm z_(lm).
 class RunElimination {
  public:
-  RunElimination(const ModeCoefficients& coefficients, const FreeFrames& frames);
+  RunElimination(ForceRows rows, const FreeFrames& frames);
 
   /// Eliminates and remembers the run. Depends on nothing but dynamics, ends and the run itself.
   [[nodiscard]] RunCost eliminate(Run run);
@@ -61,14 +55,24 @@ class RunElimination {
   void fill(Run run, int first, Eigen::MatrixXd& z) const;
 
  private:
+  template <int kReach>
+  [[nodiscard]] RunCost eliminate_rows(Run run);
+  template <int kReach>
+  [[nodiscard]] RunCost rows_before(Run run);
+  template <int kReach>
+  void fill_run(Run run, int first, Eigen::MatrixXd& z) const;
   [[nodiscard]] const double* allowed(Run run, int frame);
+  [[nodiscard]] std::size_t place(int frame) const {
+    return static_cast<std::size_t>(frame) * 2 * static_cast<std::size_t>(rows_.reach()) *
+           static_cast<std::size_t>(rows_.lanes());
+  }
 
-  ModeCoefficients coefficients_;
+  ForceRows rows_;
   FreeFrames frames_;
   Eigen::VectorXd forward_[2],
       backward_[2];  // log growth a frame of the two free solutions, larger first
   Eigen::VectorXd none_, all_, mask_[4];
-  std::vector<double> memory_;  // [frame][e1 e2 f1 f2][lane]
+  std::vector<double> memory_;  // [frame][e1 .. em f1 .. fm][lane]
 };
 
 }  // namespace limber::spacetime

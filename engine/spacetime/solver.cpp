@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/spacetime/force_rows.h"
 #include "engine/spacetime/optimizer.h"
 
 namespace limber::spacetime {
@@ -55,6 +56,13 @@ void validate(const ModeDynamics& dynamics) {
   }
   validate_column(dynamics.stiffness, "dynamics.stiffness");
   validate_column(dynamics.damping, "dynamics.damping");
+  if (!is_discretisation(dynamics.discretisation))
+    refuse_problem("dynamics.discretisation", "dynamics.discretisation is not a discretisation");
+  if (!is_smoothing(dynamics.smoothing)) {
+    refuse_problem("dynamics.smoothing",
+                   "dynamics.smoothing = " + std::to_string(dynamics.smoothing) +
+                       " must be in [0, 1e6] frames");
+  }
 }
 
 void validate_target(const Eigen::Vector3d& target) {

@@ -155,12 +155,12 @@ void compare(const Recoverable& from, Eigen::Index first, const Eigen::MatrixXd&
 /// Lambda, D and S with the rigid motions of a free body first.
 void describe_material(const spacetime::RecoveredMotion& recovered, Eigen::Index rigid,
                        RecoveryReport& report) {
-  const auto& [stiffness, damping] = recovered.dynamics;
   const Eigen::Index modes = recovered.mixing.cols(), coordinates = recovered.mixing.rows();
+  report.dynamics = recovered.dynamics;
   report.dynamics.stiffness = Eigen::VectorXd::Zero(rigid + modes);
   report.dynamics.damping = Eigen::VectorXd::Zero(rigid + modes);
-  report.dynamics.stiffness.tail(modes) = stiffness;
-  report.dynamics.damping.tail(modes) = damping;
+  report.dynamics.stiffness.tail(modes) = recovered.dynamics.stiffness;
+  report.dynamics.damping.tail(modes) = recovered.dynamics.damping;
   report.mixing = Eigen::MatrixXd::Identity(rigid + coordinates, rigid + modes);
   report.mixing.bottomRightCorner(coordinates, modes) = recovered.mixing;
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <complex>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,63 @@ namespace limber::spacetime {
 using Real = long double;
 using DenseMatrix = reference::LongMatrix;
 using DenseVector = reference::LongVector;
+
+/// What acts on a mode in a frame, from the frame before, the frame and the next: by the definition
+/// of each form, in long double.
+struct DenseForce {
+  Real before = 0, centre = 0, next = 0;
+};
+inline DenseForce dense_force(const ModeDynamics& dynamics, Eigen::Index mode) {
+  const Real d = dynamics.damping[mode], lambda = dynamics.stiffness[mode];
+  if (dynamics.discretisation == Discretisation::kDifferences) return {1, -2 - d + lambda, 1 + d};
+  // Rates s of z'' + d z' + lambda z = 0, of which z_i = e^(-s i) must cost nothing.
+  const std::complex<Real> root = std::sqrt(std::complex<Real>(d * d / 4 - lambda, 0));
+  const auto kept = [&](Real sign) { return std::exp(-(d / 2 + sign * root)); };
+  const Real sum = (kept(1) + kept(-1)).real(), product = (kept(1) * kept(-1)).real();
+  const Real of_constant = 1 - sum + product;
+  const Real q = of_constant > 0 ? lambda / of_constant : 1;
+  return {q * product, -q * sum, q};
+}
+
+/// Rows over z_0 and z_1 of a sampled mode whose squares are what the two cost: the inverse of
+/// their covariance where white forces have always acted, times what smooth ones count more.
+inline DenseMatrix dense_beginning(const ModeDynamics& dynamics, Eigen::Index mode) {
+  const DenseForce force = dense_force(dynamics, mode);
+  const Real kept = force.before / force.next, sum = -force.centre / force.next;
+  DenseMatrix rows = DenseMatrix::Zero(2, 2);
+  if (!(kept < 1)) return rows;
+  const Real lambda = dynamics.stiffness[mode], tau = dynamics.smoothing;
+  const Real smooth = std::sqrt(1 + tau * tau * (1 + kept - sum)) * force.next;
+  // gamma_0 (1, c; c, 1) with the correlation c of neighbours: 1 / gamma_0 is zero where lambda is.
+  const Real correlation = sum / (1 + kept);
+  const Real variance = (1 + kept) / ((1 - kept) * ((1 + kept) * (1 + kept) - sum * sum));
+  const Real apart = (1 - kept) * (1 + kept);  // 1 / (gamma_0 (1 - c^2))
+  rows(0, 0) = lambda > 0 ? smooth / std::sqrt(variance) : 0;
+  rows(1, 0) = -smooth * std::sqrt(apart) * correlation;
+  rows(1, 1) = smooth * std::sqrt(apart);
+  return rows;
+}
+
+/// E_f = 1/2 |A z|^2 of one mode, columns are frames: forces, and tau times their differences, the
+/// first and the last to no force; of sampled modes what their beginning costs.
+inline DenseMatrix dense_forces(const ModeDynamics& dynamics, Eigen::Index mode,
+                                Eigen::Index frames) {
+  const DenseForce force = dense_force(dynamics, mode);
+  DenseMatrix plain = DenseMatrix::Zero(frames - 2, frames);
+  for (Eigen::Index i = 0; i < plain.rows(); ++i) {
+    plain(i, i) = force.before;
+    plain(i, i + 1) = force.centre;
+    plain(i, i + 2) = force.next;
+  }
+  const Real tau = dynamics.smoothing;
+  DenseMatrix result = DenseMatrix::Zero(2 * frames - 1, frames);
+  result.topRows(frames - 2) = plain;
+  result.middleRows(frames - 2, frames - 2) += tau * plain;
+  result.middleRows(frames - 1, frames - 2) -= tau * plain;
+  if (dynamics.discretisation == Discretisation::kSampled)
+    result.bottomLeftCorner(2, 2) = dense_beginning(dynamics, mode);
+  return result;
+}
 
 struct DenseAnswer {
   Eigen::MatrixXd z;  // r x N
@@ -35,17 +93,12 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   const Eigen::Index first = static_cast<int>(timeline.first);
   const Eigen::Index last = frames - 1 - static_cast<int>(timeline.last);
   const Eigen::Index size = (last - first + 1) * modes;
-  DenseMatrix force = DenseMatrix::Zero((frames - 2) * modes, size);
+  const Eigen::Index of_mode = dense_forces(dynamics, 0, frames).rows();
+  DenseMatrix force = DenseMatrix::Zero(of_mode * modes, size);
   for (Eigen::Index k = 0; k < modes; ++k) {
-    const Real d = dynamics.damping[k], lambda = dynamics.stiffness[k];
-    const Real row[3] = {1, -2 - d + lambda, 1 + d};
-    for (Eigen::Index i = 1; i + 1 < frames; ++i) {
-      for (Eigen::Index a = 0; a < 3; ++a) {
-        const Eigen::Index frame = i - 1 + a;
-        if (frame >= first && frame <= last)
-          force((i - 1) * modes + k, (frame - first) * modes + k) = row[a];
-      }
-    }
+    const DenseMatrix rows = dense_forces(dynamics, k, frames);
+    for (Eigen::Index frame = first; frame <= last; ++frame)
+      force.block(k * of_mode, (frame - first) * modes + k, of_mode, 1) = rows.col(frame);
   }
   std::vector<DenseVector> soft, exact;
   std::vector<Real> soft_target, exact_target, weights;

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "engine/base/error.h"
 #include "engine/base/random.h"
+#include "engine/spacetime/force_rows.h"
+#include "engine/spacetime/material.h"
 
 namespace limber::spacetime {
 namespace {
@@ -170,6 +173,148 @@ TEST(FitDynamics, RefusesWhatIsNotFinite) {
     EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
     EXPECT_EQ(error.field(), "z");
   }
+}
+
+/// E_f of one mode by another way than the fit's.
+double form_cost(const Eigen::RowVectorXd& z, const FitOptions& options, const ModeFit& fit) {
+  const ModeDynamics dynamics{Eigen::VectorXd::Constant(1, fit.stiffness),
+                              Eigen::VectorXd::Constant(1, fit.damping), options.discretisation,
+                              options.smoothing};
+  return force_energy(dynamics, z);
+}
+
+FitOptions sampled_options(double smoothing) { return {Discretisation::kSampled, smoothing}; }
+
+Eigen::RowVectorXd free_sampled_motion(double omega, double zeta, int frames) {
+  const ForceStencil stencil =
+      force_stencil(Discretisation::kSampled, omega * omega, 2 * zeta * omega);
+  Eigen::RowVectorXd z(frames);
+  z[0] = 1;
+  z[1] = 0.9;
+  for (int i = 1; i + 1 < frames; ++i)
+    z[i + 1] = -(stencil.centre * z[i] + stencil.before * z[i - 1]) / stencil.next;
+  return z;
+}
+
+Eigen::RowVectorXd noise(int frames, std::uint64_t seed) {
+  Random random(seed);
+  Eigen::RowVectorXd z(frames);
+  for (double& value : z) value = random.uniform(-1, 1);
+  return z;
+}
+
+TEST(FitSampled, GivesBackTheDynamicsOfAFreeMotion) {
+  for (const double omega : {0.02, 0.157, 0.9, 2.0, 3.0}) {
+    for (const double zeta : {1e-4, 0.01, 0.2, 0.7, 0.98, 1.3, 1.9}) {
+      for (const double smoothing : {0.0, 5.0}) {
+        FitOptions options = sampled_options(smoothing);
+        options.beginning = Beginning::kAnyhow;
+        const ModeFit fit = fit_mode(free_sampled_motion(omega, zeta, 60), options);
+        EXPECT_NEAR(std::sqrt(fit.stiffness), omega, 1e-6 * omega) << omega << " " << zeta;
+        EXPECT_NEAR(fit.damping / (2 * omega), zeta, 1e-5) << omega << " " << zeta;
+      }
+    }
+  }
+}
+
+/// Against a fine grid over all that is allowed.
+TEST(FitSampled, IsTheLeastForceWithinItsBounds) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    Eigen::RowVectorXd z = noise(50, seed);
+    if (seed % 2 == 0)
+      for (int i = 2; i < 50; ++i) z[i] = 0.05 * z[i] + 1.9 * z[i - 1] - 0.95 * z[i - 2];
+    for (const double smoothing : {0.0, 3.0}) {
+      for (const double max_omega : {0.3, 0.785, 3.14159}) {
+        FitOptions options = sampled_options(smoothing);
+        options.max_stiffness = max_omega * max_omega;
+        const ModeFit fit = fit_mode(z, options);
+        const double ratio = fit.damping / (2 * std::sqrt(fit.stiffness));
+        EXPECT_LE(fit.stiffness, options.max_stiffness * (1 + 1e-12));
+        EXPECT_GE(ratio, FitOptions::kLeastDampingRatio * (1 - 1e-9));
+        EXPECT_LE(ratio, FitOptions::kGreatestDampingRatio * (1 + 1e-9));
+        double least = form_cost(z, options, {0, 0});
+        for (int i = 1; i <= 60; ++i) {
+          for (int j = 0; j <= 40; ++j) {
+            const double omega = max_omega * i / 60, zeta = 1e-4 * std::pow(2e4, j / 40.0);
+            least = std::min(least, form_cost(z, options, {omega * omega, 2 * zeta * omega}));
+          }
+        }
+        EXPECT_LE(form_cost(z, options, fit), least * (1 + 1e-9)) << seed << " " << max_omega;
+      }
+    }
+  }
+}
+
+TEST(FitSampled, IsNoWorseThanWhatIsKnown) {
+  for (const std::uint64_t seed : {5U, 6U, 7U}) {
+    const Eigen::RowVectorXd z = noise(20, seed);
+    for (const double omega : {0.1, 1.0, 3.0}) {
+      for (const double zeta : {1e-3, 0.5, 2.0}) {
+        FitOptions options = sampled_options(2);
+        options.known = {omega * omega, 2 * zeta * omega};
+        EXPECT_LE(form_cost(z, options, fit_mode(z, options)),
+                  form_cost(z, options, *options.known) * (1 + 1e-12));
+      }
+    }
+  }
+}
+
+TEST(FitSampled, IsNothingForWhatDoesNotMoveByItself) {
+  for (const double smoothing : {0.0, 4.0}) {
+    const FitOptions options = sampled_options(smoothing);
+    for (const Eigen::RowVectorXd& z :
+         {Eigen::RowVectorXd::Zero(20).eval(), Eigen::RowVectorXd::Constant(20, 3).eval(),
+          Eigen::RowVectorXd::LinSpaced(2, 0, 1).eval()}) {
+      const ModeFit fit = fit_mode(z, options);
+      EXPECT_NEAR(fit.stiffness, 0, 1e-12);
+      EXPECT_NEAR(fit.damping, 0, 1e-12);
+    }
+  }
+}
+
+TEST(FitSampled, DoesNotDependOnTheScale) {
+  const Eigen::RowVectorXd z = noise(40, 8);
+  const ModeFit fit = fit_mode(z, sampled_options(3));
+  for (const double scale : {1e-150, 1e-3, 1e150}) {
+    const ModeFit scaled = fit_mode(scale * z, sampled_options(3));
+    EXPECT_NEAR(scaled.stiffness, fit.stiffness, 1e-7);
+    EXPECT_NEAR(scaled.damping, fit.damping, 1e-7);
+  }
+}
+
+TEST(FitDynamics, WithSmoothForcesIsTheirLeastOnes) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const Eigen::RowVectorXd z = noise(30, seed);
+    FitOptions options;
+    options.smoothing = 4;
+    const ModeFit fit = fit_mode(z, options);
+    const double least = minimum(
+        [&](double damping) {
+          return minimum(
+              [&](double stiffness) {
+                return form_cost(z, options, {stiffness, damping});
+              },
+              8);
+        },
+        8);
+    EXPECT_NEAR(form_cost(z, options, fit), least, 1e-9 * least);
+  }
+}
+
+TEST(BoundedFit, LowersFrequenciesAndKeepsDampingRatios) {
+  FitOptions options = sampled_options(0);
+  options.max_stiffness = 0.25;
+  const ModeFit lowered = bounded_fit({4, 2 * 0.3 * 2}, options);
+  EXPECT_NEAR(lowered.stiffness, 0.25, 1e-15);
+  EXPECT_NEAR(lowered.damping, 2 * 0.3 * 0.5, 1e-15);
+  EXPECT_NEAR(bounded_fit({0.04, 0}, options).damping, 2e-4 * 0.2, 1e-15);
+  EXPECT_NEAR(bounded_fit({0.04, 5}, options).damping, 4 * 0.2, 1e-15);
+  const ModeFit inside = bounded_fit({0.04, 0.1}, options);
+  EXPECT_EQ(inside.stiffness, 0.04);
+  EXPECT_EQ(inside.damping, 0.1);
+  options.discretisation = Discretisation::kDifferences;
+  EXPECT_EQ(bounded_fit({4, 1.2}, options).damping, 1.2);
+  EXPECT_EQ(bounded_fit({4, 1.2}, options).stiffness, 0.25);
 }
 
 }  // namespace

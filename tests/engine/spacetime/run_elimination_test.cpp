@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,37 +20,44 @@ constexpr int kRunFrames = 12;
 constexpr int kRunModes = 4;
 
 /// A mode at rest (lambda = 0), slow and fast ones, and a damped one; none grows by itself.
-ModeCoefficients calm_modes() {
-  const Eigen::Vector4d stiffness(0, 0.03, 1.7, 0.4), damping(0, 0, 0.02, 0.1);
-  return {(stiffness - damping).array() - 2, 1 + damping.array()};
+ModeDynamics calm_modes(Discretisation discretisation = Discretisation::kDifferences,
+                        double smoothing = 0) {
+  return {Eigen::Vector4d(0, 0.03, 1.7, 0.4), Eigen::Vector4d(0, 0, 0.02, 0.1), discretisation,
+          smoothing};
 }
 
-/// The residual rows that a run is in, one mode: columns are all frames.
-Eigen::MatrixXd rows_around(const ModeCoefficients& modes, int mode, Run run) {
-  std::vector<int> rows;
-  for (int i = run.first - 1; i <= run.last + 1; ++i)
-    if (i >= 1 && i <= kRunFrames - 2) rows.push_back(i);
-  Eigen::MatrixXd matrix =
-      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), kRunFrames);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    const auto row = static_cast<Eigen::Index>(r);
-    matrix(row, rows[r] - 1) = 1;
-    matrix(row, rows[r]) = modes.centre[mode];
-    matrix(row, rows[r] + 1) = modes.next[mode];
-  }
+/// Rows of three and of four terms.
+std::vector<ModeDynamics> calm_forms() {
+  std::vector<ModeDynamics> forms;
+  for (const auto form : {Discretisation::kDifferences, Discretisation::kSampled})
+    for (const double smoothing : {0.0, 0.5, 4.0}) forms.push_back(calm_modes(form, smoothing));
+  return forms;
+}
+
+/// The rows that a run is in, one mode: columns are all frames.
+Eigen::MatrixXd rows_around(const ModeDynamics& modes, int mode, Run run) {
+  const ForceRows rows(modes, kRunFrames);
+  const int first = run.first - rows.reach();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(run.last - first + 1, kRunFrames);
+  for (int row = first; row <= run.last; ++row)
+    for (int term = 0; term <= rows.reach(); ++term)
+      if (row + term >= 0 && row + term < kRunFrames)
+        matrix(row - first, row + term) = rows.coefficient(row, term)[mode];
   return matrix;
 }
 
 /// Compares the cost of a run and its frames with a dense least squares problem.
 /// @param held  frames of the run that are held at zero, of all modes
-void expect_dense_elimination(const ModeCoefficients& modes, const Timeline& timeline, Run run,
+void expect_dense_elimination(const ModeDynamics& modes, const Timeline& timeline, Run run,
                               const std::vector<int>& held = {}) {
   SCOPED_TRACE("run " + std::to_string(run.first) + " .. " + std::to_string(run.last));
   const FreeFrames frames(timeline);
-  RunElimination elimination(modes, frames);
+  const ForceRows force_rows(modes, kRunFrames);
+  const int reach = force_rows.reach();
+  RunElimination elimination(force_rows, frames);
   const RunCost cost = elimination.eliminate(run);
   ASSERT_EQ(cost.rows.rows(), kRunModes);
-  ASSERT_EQ(cost.rows.cols(), 8);
+  ASSERT_EQ(cost.rows.cols(), 2 * reach * reach);
   Random random(17);
   Eigen::MatrixXd z = Eigen::MatrixXd::Zero(kRunModes, kRunFrames);
   for (int i = frames.first(); i <= frames.last(); ++i)
@@ -77,60 +85,121 @@ void expect_dense_elimination(const ModeCoefficients& modes, const Timeline& tim
     EXPECT_LE((z.row(k).transpose() - expected).norm(), 1e-9 * (1 + expected.norm()));
 
     const auto at = [&](int frame) { return frames.contains(frame) ? known[frame] : 0.0; };
-    const Eigen::Vector4d beside(at(run.first - 2), at(run.first - 1), at(run.last + 1),
-                                 at(run.last + 2));
-    const double of_rows =
-        Eigen::Vector2d(cost.rows.row(k).head(4).dot(beside), cost.rows.row(k).tail(4).dot(beside))
-            .squaredNorm();
-    EXPECT_NEAR(of_rows, (inside * best - right).squaredNorm(), 1e-10);
+    Eigen::VectorXd beside(2 * reach);
+    for (int c = 0; c < reach; ++c) {
+      beside[c] = at(run.first - reach + c);
+      beside[reach + c] = at(run.last + 1 + c);
+    }
+    double of_rows = 0;
+    for (int p = 0; p < reach; ++p)
+      of_rows += std::pow(
+          cost.rows.row(k).segment(Eigen::Index{2} * reach * p, beside.size()).dot(beside), 2);
+    EXPECT_NEAR(of_rows, (inside * best - right).squaredNorm(), 1e-10 * (1 + of_rows));
   }
 }
 
 TEST(RunElimination, InTheMiddleIsTheDenseOne) {
   const Timeline timeline{kRunFrames};
-  for (const Stretch run : {Stretch{4, 7}, Stretch{5, 5}, Stretch{4, 5}, Stretch{3, 8}})
-    expect_dense_elimination(calm_modes(), timeline, run);
+  for (const ModeDynamics& modes : calm_forms())
+    for (const Stretch run : {Stretch{4, 7}, Stretch{5, 5}, Stretch{4, 5}, Stretch{3, 8}})
+      expect_dense_elimination(modes, timeline, run);
 }
 
 TEST(RunElimination, AtEndsThatAreHeldIsTheDenseOne) {
-  for (const EndCondition end :
-       {EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity}) {
-    const Timeline timeline{kRunFrames, end, end};
-    const FreeFrames frames(timeline);
-    expect_dense_elimination(calm_modes(), timeline, {frames.first(), 5});
-    expect_dense_elimination(calm_modes(), timeline, {frames.first(), frames.first()});
-    expect_dense_elimination(calm_modes(), timeline, {6, frames.last()});
-    expect_dense_elimination(calm_modes(), timeline, {frames.last(), frames.last()});
-    expect_dense_elimination(calm_modes(), timeline, {frames.first() + 1, frames.last() - 1});
+  for (const ModeDynamics& modes : calm_forms()) {
+    for (const EndCondition end :
+         {EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity}) {
+      const Timeline timeline{kRunFrames, end, end};
+      const FreeFrames frames(timeline);
+      expect_dense_elimination(modes, timeline, {frames.first(), 5});
+      expect_dense_elimination(modes, timeline, {frames.first(), frames.first()});
+      expect_dense_elimination(modes, timeline, {6, frames.last()});
+      expect_dense_elimination(modes, timeline, {frames.last(), frames.last()});
+      expect_dense_elimination(modes, timeline, {frames.first() + 1, frames.last() - 1});
+    }
   }
 }
 
+TEST(RunElimination, AtFreeEndsIsTheDenseOne) {
+  const Timeline timeline{kRunFrames, EndCondition::kFree, EndCondition::kFree};
+  for (const ModeDynamics& modes : calm_forms())
+    for (const Stretch run :
+         {Stretch{0, 4}, Stretch{7, kRunFrames - 1}, Stretch{kRunFrames - 2, kRunFrames - 1}})
+      expect_dense_elimination(modes, timeline, run);
+}
+
+/// Of sampled modes the last one: with what they begin costs the force that leads there.
 TEST(RunElimination, AFreeEndCostsNothing) {
   const Timeline timeline{kRunFrames, EndCondition::kFree, EndCondition::kFree};
-  for (const Stretch run :
-       {Stretch{0, 4}, Stretch{7, kRunFrames - 1}, Stretch{kRunFrames - 2, kRunFrames - 1}}) {
-    expect_dense_elimination(calm_modes(), timeline, run);
-    RunElimination elimination(calm_modes(), FreeFrames(timeline));
-    EXPECT_LE(elimination.eliminate(run).rows.norm(), 1e-10);
+  for (const auto form : {Discretisation::kDifferences, Discretisation::kSampled}) {
+    for (const Stretch run :
+         {Stretch{0, 4}, Stretch{7, kRunFrames - 1}, Stretch{kRunFrames - 2, kRunFrames - 1}}) {
+      const bool costs = form == Discretisation::kSampled && run.first == 0;
+      RunElimination elimination(ForceRows(calm_modes(form), kRunFrames), FreeFrames(timeline));
+      const Eigen::VectorXd size = elimination.eliminate(run).rows.rowwise().norm();
+      EXPECT_LE(size.head(2).maxCoeff(), 1e-10) << "without damping";
+      if (costs) {
+        EXPECT_GE(size.tail(2).minCoeff(), 1e-3);
+      } else {
+        EXPECT_LE(size.tail(2).maxCoeff(), 1e-10);
+      }
+    }
+  }
+}
+
+/// What a force needs to fade away is all that a free end costs, and nothing where none acts.
+TEST(RunElimination, AFreeEndCostsTheForceThatEndsThereWhereForcesAreSmooth) {
+  const Timeline timeline{kRunFrames, EndCondition::kFree, EndCondition::kFree};
+  const ModeDynamics modes = calm_modes(Discretisation::kSampled, 4);
+  RunElimination elimination(ForceRows(modes, kRunFrames), FreeFrames(timeline));
+  const RunCost cost = elimination.eliminate({7, kRunFrames - 1});
+  for (int k = 0; k < kRunModes; ++k) {
+    const ForceStencil stencil = force_stencil(modes, k);
+    const Eigen::Vector3d force(stencil.before, stencil.centre, stencil.next);
+    for (int p = 0; p < 3; ++p) {
+      const Eigen::Vector3d row = cost.rows.row(k).segment(6 * p, 3);
+      EXPECT_LE((row - row.dot(force) / force.squaredNorm() * force).norm(), 1e-10) << k;
+    }
+    EXPECT_GT(cost.rows.row(k).norm(), 0.1) << k;
   }
 }
 
 /// lambda = 5: each frame is 2.6 times as far as the one before.
 TEST(RunElimination, AModeThatWouldExplodeIsHeldInTheLastFrameOfAFreeEnd) {
-  const ModeCoefficients modes{Eigen::Vector4d::Constant(3), Eigen::Vector4d::Ones()};
   const Timeline timeline{kRunFrames, EndCondition::kPinnedPosition, EndCondition::kFree};
-  expect_dense_elimination(modes, timeline, {8, kRunFrames - 1}, {kRunFrames - 1});
-  // A single frame multiplies it by less than 4.
-  expect_dense_elimination(modes, timeline, {kRunFrames - 1, kRunFrames - 1});
+  for (const double smoothing : {0.0, 2.0}) {
+    const ModeDynamics modes{Eigen::Vector4d::Constant(5), Eigen::Vector4d::Zero(),
+                             Discretisation::kDifferences, smoothing};
+    expect_dense_elimination(modes, timeline, {8, kRunFrames - 1}, {kRunFrames - 1});
+    // A single frame multiplies it by less than 4.
+    expect_dense_elimination(modes, timeline, {kRunFrames - 1, kRunFrames - 1});
+  }
+}
+
+/// Damping read backwards: both solutions of a mode of omega = 1.5, zeta = 0.4 are 1.8 times as far
+/// in each frame before. By differences it is held, sampled it begins as its cost says.
+TEST(RunElimination, ADampedModeDoesNotExplodeTowardsAFreeFirstEnd) {
+  const Timeline timeline{kRunFrames, EndCondition::kFree, EndCondition::kPinnedPosition};
+  for (const double smoothing : {0.0, 2.0}) {
+    ModeDynamics modes{Eigen::Vector4d::Constant(2.25), Eigen::Vector4d::Constant(1.2),
+                       Discretisation::kSampled, smoothing};
+    expect_dense_elimination(modes, timeline, {0, 4});
+    expect_dense_elimination(modes, timeline, {0, 0});
+    modes.discretisation = Discretisation::kDifferences;
+    modes.stiffness.setConstant(0.5);
+    expect_dense_elimination(modes, timeline, {0, 4}, {0, 1});
+  }
 }
 
 TEST(RunElimination, DependsOnNoRunBeforeIt) {
   const Timeline timeline{kRunFrames};
-  RunElimination fresh(calm_modes(), FreeFrames(timeline));
-  RunElimination used(calm_modes(), FreeFrames(timeline));
-  (void)used.eliminate({2, 9});
-  (void)used.eliminate({5, 6});
-  EXPECT_EQ(used.eliminate({4, 7}).rows, fresh.eliminate({4, 7}).rows);
+  for (const ModeDynamics& modes : calm_forms()) {
+    RunElimination fresh(ForceRows(modes, kRunFrames), FreeFrames(timeline));
+    RunElimination used(ForceRows(modes, kRunFrames), FreeFrames(timeline));
+    (void)used.eliminate({2, 9});
+    (void)used.eliminate({5, 6});
+    EXPECT_EQ(used.eliminate({4, 7}).rows, fresh.eliminate({4, 7}).rows);
+  }
 }
 
 TEST(FreeFrames, AreThoseThatTheEndsLeave) {
