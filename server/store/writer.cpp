@@ -344,6 +344,8 @@ void Writer::give_back() noexcept {
       log::debug("room is left in the store: {}", fault.what());
     }
   };
+  // A log must not be folded into a file that has lost its name: it is all that is left.
+  if (!files_.has_file()) return;
   const Sparing sparing(database_);
   const auto fold = [&] {
     // What is free is cut off before: the log need not bring it in.

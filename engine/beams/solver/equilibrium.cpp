@@ -24,6 +24,10 @@ namespace limber::beams {
 
 namespace {
 
+// Of Newton's method, where the start is brought into balance without loads.
+constexpr double kToleranceOfStart = 1e-7;  // residual
+constexpr int kIterationsOfStart = 60;
+
 void add_work(const BeamReport& of, BeamReport& to) {
   to.newton_iterations += of.newton_iterations;
   to.factorizations += of.factorizations;
@@ -251,6 +255,25 @@ struct Attempt {
     }
   }
 
+  /// A relaxation, and a push that is taken away, do not see what they jump over: an answer from
+  /// which the structure does not return to its start is on another branch.
+  void look_for_jump(BeamSolution& solution) const {
+    using Outcome = detail::NewtonOutcome;
+    const bool is_followed = options.method == BeamMethod::kNewton ||
+                             (options.method == BeamMethod::kChoose && !path.nudged());
+    if (is_followed || !solution.report.converged() || !solution.report.snaps.empty()) return;
+    const detail::LoadPath plain = path.without_temporary_loads();
+    if (!plain.varies() || plain.loads(1).follows()) return;
+    detail::NewtonSolver newton(structure, context);
+    BeamState first = start;
+    const Outcome outcome = newton.balance(first, plain, 0, kToleranceOfStart, kIterationsOfStart);
+    // Where the start balances nothing there is no branch that leads on from it.
+    if (outcome != Outcome::kBalanced && outcome != Outcome::kMechanism) return;
+    if (detail::reverses(structure, plain, newton, {first, 0}, {solution.state, 1})) return;
+    const detail::Turn turn = detail::turn_between(structure, first, solution.state);
+    solution.report.snaps.push_back({1, turn.angle, turn.node});
+  }
+
   /// An answer from which the structure does not return to the end of the branch is on another one.
   void record_jump(const BeamSolution& branch, BeamSolution& answer) const {
     const double s = branch.report.load_factor;
@@ -326,6 +349,7 @@ BeamSolution solve(const Attempt& attempt) {
       }
     }
     attempt.keep_to_the_side(solution);
+    attempt.look_for_jump(solution);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;

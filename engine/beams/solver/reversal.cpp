@@ -12,6 +12,7 @@ namespace {
 constexpr double kToleranceBack = 1e-7;             // residual
 constexpr int kIterationsBack = 60;                 // of Newton's method, in one step back
 constexpr double kLeastShareOfStepBack = 1.0 / 32;  // step, of the whole path back
+constexpr double kShortStepBack = 1.0 / 8;          // of the whole path back
 constexpr double kReturned = 0.1;                   // of the turn from one state to the other
 constexpr double kSameEnergy = 1e-3;                // of an element's
 constexpr double kNegligibleEnergy = 1e-6;          // of the largest of an element
@@ -35,15 +36,12 @@ bool have_equal_forces(const BeamStructure& structure, const BeamState& a, const
   return ((of_a - of_b).cwiseAbs().array() <= kSameEnergy * size.array() + negligible).all();
 }
 
-}  // namespace
-
-bool reverses(const BeamStructure& structure, const LoadPath& path, NewtonSolver& newton,
-              const PathPlace& from, const PathPlace& to) {
-  // Newton's method is told of neutral directions before anything is out of balance.
-  (void)newton.judge(to.state, path.loads(to.s));
+/// Newton's method with a share of the path back at a time, less where that fails.
+bool leads_back(const BeamStructure& structure, const LoadPath& path, NewtonSolver& newton,
+                const PathPlace& from, const PathPlace& to, double share) {
   BeamState back = to.state;
   const double whole = to.s - from.s;
-  double left = whole, step = whole;
+  double left = whole, step = share * whole;
   while (left > 0) {
     BeamState trial = back;
     const double next = left > step ? left - step : 0;
@@ -64,6 +62,17 @@ bool reverses(const BeamStructure& structure, const LoadPath& path, NewtonSolver
   return !carries_forces(structure, back) &&
          newton.judge(from.state, path.loads(from.s)).stability ==
              NewtonSolver::Stability::kMechanism;
+}
+
+}  // namespace
+
+bool reverses(const BeamStructure& structure, const LoadPath& path, NewtonSolver& newton,
+              const PathPlace& from, const PathPlace& to) {
+  // Newton's method is told of neutral directions before anything is out of balance.
+  (void)newton.judge(to.state, path.loads(to.s));
+  // Near a limit point a long step may throw the structure to the other side.
+  return leads_back(structure, path, newton, from, to, 1) ||
+         leads_back(structure, path, newton, from, to, kShortStepBack);
 }
 
 }  // namespace limber::beams::detail

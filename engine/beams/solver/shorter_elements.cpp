@@ -20,7 +20,7 @@ namespace limber::beams::detail {
 namespace {
 
 // Compression N L^2 / EI and twist [rad] of an element up to which it buckles late by 0.2 % at
-// most, and those of the parts that it is cut into.
+// most, and those of the parts that it is cut into. Bending counts as compression.
 constexpr double kVisibleCompression = 0.9, kCompressionOfPart = 0.4;
 constexpr double kVisibleTwist = 0.15, kTwistOfPart = 0.1;
 constexpr int kMaxPartsOfElement = 16;    // of an element
@@ -32,6 +32,18 @@ constexpr std::size_t kMaxNamedElements = 3;
 
 int parts_for(double size, double of_part) {
   return static_cast<int>(std::clamp(std::ceil(size / of_part), 2.0, double{kMaxPartsOfElement}));
+}
+
+/// What bending about the stiff axis does to the weak one, as a compression N L^2 / EI: lateral
+/// buckling has EI u'' + M^2 / GJ u = 0 (Timoshenko and Gere, Theory of Elastic Stability, ch. 6).
+/// Round and square sections are as stiff about both axes and do not buckle so.
+double compression_by_bending(const BeamSection& section, const ElementExtremes& extremes,
+                              double length) {
+  const bool is_weak_2 = section.bending_2 < section.bending_3;
+  const double weak = is_weak_2 ? section.bending_2 : section.bending_3;
+  const double stiff = is_weak_2 ? section.bending_3 : section.bending_2;
+  const double moment = extremes[is_weak_2 ? 5 : 4].peak();
+  return (1 - weak / stiff) * std::pow(moment * length, 2) / (weak * section.torsion);
 }
 
 /// Per element: into how many parts it is to be cut.
@@ -47,7 +59,8 @@ std::vector<int> parts_to_judge(const BeamStructure& structure, const BeamState&
     const double pressed =
         -std::min(results.extremes[index(i)][0].least, strain_force(structure, state, i));
     const double compression =
-        pressed * length * length / std::min(section.bending_2, section.bending_3);
+        pressed * length * length / std::min(section.bending_2, section.bending_3) +
+        compression_by_bending(section, results.extremes[index(i)], length);
     if (compression > kVisibleCompression)
       parts[index(i)] = parts_for(std::sqrt(compression), std::sqrt(kCompressionOfPart));
     const double twist = std::abs(results.forces[index(i)].torque) * length / section.torsion;

@@ -23,12 +23,12 @@ struct ShorterElements {
   std::string message;        // a sentence for people; empty where all is well
 };
 
-/// Elements that are pressed or twisted so much that they buckle visibly too late are cut, and the
-/// equilibrium of the parts is judged.
+/// Elements that are pressed, twisted or bent about their stiff axis so much that they buckle
+/// visibly too late are cut, and the equilibrium of the parts is judged.
 ///
 /// An element is a cubic: by itself it buckles late by p^2 / 450, p = N L^2 / EI its compression,
 /// and not at all between clamps. Torque makes it buckle late by 0.09 times its squared twist.
-/// @returns nothing where no element is pressed or twisted so much
+/// @returns nothing where no element is pressed, twisted or bent so much
 [[nodiscard]] std::optional<ShorterElements> look_with_shorter_elements(
     const BeamStructure& structure, const BeamState& state, const JobContext& context);
 

@@ -162,6 +162,47 @@ TEST(BeamFinerJudgement, TooManyElementsAreNotJudgedAndNamed) {
       << found.report.message;
 }
 
+enum class StripLoad { kAtTip, kSpread };
+
+/// A strip that stands upright, clamped at one end, under a share of the load down that tips it
+/// over: 4.013 sqrt(EI GJ) / L^2 at the tip, 12.85 sqrt(EI GJ) / L^3 over its length (Prandtl,
+/// Michell).
+BeamModel upright_strip(int elements, StripLoad load, double share) {
+  BeamModel model = straight_beam(elements, 1, 1e4);
+  model.sections[0].bending_2 = 400;
+  model.supports = {clamped(0)};
+  if (load == StripLoad::kAtTip) {
+    model.loads = {{elements, {0, 0, -4.013 * share}}};
+  } else {
+    for (int i = 0; i < elements; ++i)
+      model.distributed_loads.push_back({i, {0, 0, -12.85 * share}});
+  }
+  return model;
+}
+
+TEST(BeamFinerJudgement, CoarseStripsThatTipOverAreDoubted) {
+  for (const StripLoad load : {StripLoad::kAtTip, StripLoad::kSpread}) {
+    const auto aside = [&](int elements, double share) {
+      const BeamSolution found =
+          find_equilibrium(BeamStructure(upright_strip(elements, load, share)));
+      EXPECT_TRUE(found.report.converged()) << found.report.message;
+      return found.state.positions.row(1).cwiseAbs().maxCoeff();
+    };
+    EXPECT_LT(aside(24, 0.97), 1e-6);
+    EXPECT_GT(aside(24, 1.03), 0.05);
+    for (const int elements : {1, 2}) {
+      SCOPED_TRACE(elements);
+      expect_stable(find_equilibrium(BeamStructure(upright_strip(elements, load, 0.97))));
+      for (const double share : {1.03, 1.6}) {
+        const BeamSolution found =
+            find_equilibrium(BeamStructure(upright_strip(elements, load, share)));
+        EXPECT_FALSE(found.report.negative_eigenvalues.has_value());
+        EXPECT_FALSE(found.report.unjudged_elements.empty()) << found.report.message;
+      }
+    }
+  }
+}
+
 TEST(BeamFinerJudgement, NothingIsSaidWhereNothingIsPressedOrTwisted) {
   const BeamStructure structure(limber::testing::cantilever_model(4, 1));
   const BeamSolution found = find_equilibrium(structure);
