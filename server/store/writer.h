@@ -33,6 +33,10 @@ class Writer {
   /// Makes the tables where there are none; else nothing is written.
   /// @throws Error{kIo}; {kFailedPrecondition, "--data"} for a file of a newer form
   explicit Writer(const StoreOptions& options);
+  /// The log of a file that has lost its name stays.
+  ~Writer();
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
 
   /// @throws Error{kIo}, also where the file is not in its folder any more; WriterHasEnded where
   /// its log is not, or another server has begun to write

@@ -24,6 +24,10 @@ void Writer::begin() {
   }
 }
 
+Writer::~Writer() {
+  if (!files_.has_file()) database_.leave_log();
+}
+
 /// What is written to a file that was removed or moved away is there for nobody.
 void Writer::demand_file() const {
   if (!damage_.empty()) throw DamagedFile(damage_);

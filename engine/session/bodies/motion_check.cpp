@@ -21,6 +21,9 @@ constexpr double kTrainedShare = 1.25;
 /// A soft target that is missed by more than this is no compromise of weights [body lengths].
 constexpr double kMaxMissedLengths = 0.5;
 
+/// Targets beyond are met by bodies that turn inside out, if at all [body lengths].
+constexpr double kFarTargetLengths = 2;
+
 /// Full shapes that miss a target by more than this times what the shown ones miss are reported.
 constexpr double kMaxMissRatio = 1.5;
 
@@ -84,6 +87,12 @@ void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentenc
     sentences.push_back(fmt::format(
         "{} {} inverted in frame {}, the worst of the {} frames compared.", error.inverted_tets,
         error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame, error.frames));
+    if (check.farthest_target > kFarTargetLengths * check.length) {
+      sentences.push_back(fmt::format(
+          "The target in frame {} is out of reach: it is {:.3g} body lengths from rest, and the "
+          "body meets it inside out.",
+          check.farthest_target_frame, check.farthest_target / check.length));
+    }
   }
 }
 
@@ -287,6 +296,11 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   check.tolerance = scene_->model.tolerance;
   check.is_exact = request.result->is_exact;
   check.length_unit = scene_->length_unit_in_metres;
+  for (const CheckRequest::Target& target : request.targets) {
+    if (target.since || target.target.norm() <= check.farthest_target) continue;
+    check.farthest_target = target.target.norm();
+    check.farthest_target_frame = target.frame;
+  }
   check.is_reach_reported = !result.out_of_reach.empty();
   check.is_contradictory = result.report.rank_deficient &&
                            result.report.max_exact_error > kMinVisibleMiss * model_->length;

@@ -32,6 +32,9 @@ struct MotionCheck {
   double largest_step = 0, largest_step_of_start = 0;
   /// Typical largest displacement of the widest training poses, as linear_reach [m].
   double trained_reach = 0;
+  /// Of targets of positions: the farthest from rest [m], and its frame.
+  double farthest_target = 0;
+  int farthest_target_frame = 0;
   /// The result says itself which constraints are out of reach.
   bool is_reach_reported = false;
   /// Exact constraints depend on or contradict each other, and are missed.

@@ -110,6 +110,23 @@ TEST_F(FencedStore, ARemovedLogEndsItAndLosesNothing) {
   EXPECT_EQ(refusal_of(again, {edited(7, 3)}), "");
 }
 
+TEST_F(FencedStore, AFileThatIsReplacedByItsCopyLosesNothing) {
+  {
+    Store store(options_);
+    (void)store.begin_run("first");
+    write(store, {opened(7, "flower"), edited(7, 1)});
+    write(store, {edited(7, 2)});
+    const fs::path copy = options_.folder / "copy";
+    fs::copy_file(options_.file(), copy);
+    fs::rename(copy, options_.file());
+    for (const std::uint64_t revision : {3, 4})
+      EXPECT_THAT(refusal_of(store, {edited(7, revision)}), HasSubstr("removed or moved away"));
+    EXPECT_GT(log_bytes(), 0U) << "it has all that the copy lacks";
+  }
+  Store again(options_);
+  EXPECT_EQ(again.load(7).edits_size(), 2) << "what was acknowledged, and no more";
+}
+
 TEST_F(FencedStore, ALogThatIsCutOffEndsIt) {
   Store store(options_);
   (void)store.begin_run("first");

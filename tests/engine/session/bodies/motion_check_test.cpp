@@ -458,6 +458,7 @@ TEST(MotionCheck, TargetsBeyondReachAreReported) {
     EXPECT_THAT(message, HasSubstr("outside of what the model was trained for")) << lengths;
     if (lengths >= 10) {
       EXPECT_THAT(message, HasSubstr("The motion is far outside")) << lengths;
+      EXPECT_THAT(message, HasSubstr("The target in frame 20 is out of reach: it is ")) << lengths;
     }
     EXPECT_THAT(message, HasSubstr("Move targets nearer")) << lengths;
   }
@@ -557,6 +558,11 @@ TEST(MotionCheck, InvertedTetsAreReportedWithTheNumberOfFramesThatWereCompared) 
   check.error.inverted_frame = 9;
   EXPECT_THAT(describe_motion(check),
               HasSubstr("2 tets are inverted in frame 9, the worst of the 33 frames compared."));
+  EXPECT_THAT(describe_motion(check), Not(HasSubstr("out of reach")));
+  check.farthest_target = 20 * check.length;
+  check.farthest_target_frame = 9;
+  EXPECT_THAT(describe_motion(check),
+              HasSubstr("The target in frame 9 is out of reach: it is 20 body lengths from rest"));
 }
 
 TEST(MotionCheck, AFittedMotionWithLargerStepsThanForcesAloneIsReported) {
