@@ -51,7 +51,7 @@ def test_all_parts_are_of_one_result_while_somebody_drags(server, monkeypatch):
     finally:
         stop.set()
         dragging.join()
-    session.wait(until="checked")  # no other result follows
+    session.wait(revision=session.status().revision, until="checked")  # no other result follows
     whole, quantised = session.frames(encoding="positions"), session.frames(encoding="quantised")
     assert np.abs(whole - quantised).max() < 1e-3
     assert np.abs(whole - session.frames()).max() < 1e-4
