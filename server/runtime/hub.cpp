@@ -103,6 +103,8 @@ session::Executor Hub::session_executor(const std::string& client) {
     }
     if (urgency == Urgency::kLong)  // takes turns with builds: no session waits to open behind it
       return post_patiently("long tasks of " + client, std::move(task), Share::kPartButOne);
+    if (urgency == Urgency::kIdle)  // nobody asked for it: of all sessions together one at a time
+      return post_patiently("idle tasks", std::move(task), Share::kOne);
     if (urgency == Urgency::kRefining) {
       refining.put(place, std::move(task));
       return schedule_refinement();

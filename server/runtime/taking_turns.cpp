@@ -49,7 +49,8 @@ class TakingTurns::Place : public PlaceOfTask {
 std::optional<TakingTurns::Taken> TakingTurns::take() {
   const auto turn = std::find_if(turns_.begin(), turns_.end(), [&](const std::string& client) {
     const Client& own = clients_.at(client);
-    const std::ptrdiff_t left = own.share == Share::kPartButOne ? 1 : 0;
+    if (own.share == Share::kOne && own.running > 0) return false;
+    const std::ptrdiff_t left = own.share == Share::kPart ? 0 : 1;
     return free_ > 0 && (own.share == Share::kAll || own.running < free_ - left);
   });
   if (turn == turns_.end()) {

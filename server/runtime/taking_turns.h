@@ -23,6 +23,7 @@ class TakingTurns {
   enum class Share {
     kPart,
     kPartButOne,  // as kPart of one place less, which is left to the others
+    kOne,         // one at a time, where two are free
     kAll,         // their number is bounded elsewhere
   };
 

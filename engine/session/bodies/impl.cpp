@@ -50,7 +50,7 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
           [this](const StartRequest& request, const JobContext& job) {
             return search_starts(request, options_.solver, job);
           },
-          [this] { post(std::unique_lock(mutex_)); }, Urgency::kLong) {
+          [this] { post(std::unique_lock(mutex_)); }, Urgency::kIdle) {
   options_.solver.validate();
   if (options_.mode_choice) options_.mode_choice->validate();
   if (options_.start_search) options_.start_search->validate();

@@ -35,7 +35,7 @@ class BackgroundCheck {
   /// @param mutex  the owner's; must outlive this
   /// @param find  called on the check's task
   /// @param on_found  called there without the lock: there is something to take()
-  /// @param urgency  of its task: kPatient or kLong
+  /// @param urgency  of its task: kPatient, kLong or kIdle
   BackgroundCheck(std::mutex& mutex, Executor executor, Find find, std::function<void()> on_found,
                   Urgency urgency = Urgency::kPatient)
       : mutex_(mutex),

@@ -9,9 +9,10 @@ namespace limber::session {
 /// Who waits for a task: somebody who edits and sees nothing of it yet; somebody who sees a first
 /// answer and waits for the final one; or nobody that close (first solves, checks, fits; the first
 /// patient task of a session is its build); or nobody, for as long as a build may take or longer
-/// (designs, further starts, other numbers of modes). An executor lets the first go before the
-/// second, and that before the others, of which long ones leave a place to the patient.
-enum class Urgency { kPrompt, kRefining, kPatient, kLong };
+/// (designs, other numbers of modes); or nobody who has asked for it (further starts). An executor
+/// lets the first go before the second, and that before the others, of which long ones leave a
+/// place to the patient, and idle ones of all sessions go one after the other.
+enum class Urgency { kPrompt, kRefining, kPatient, kLong, kIdle };
 
 /// Runs a task later on some thread. A session posts at most one task at a time, and those of
 /// bodies and linkages one that checks final results besides, then those of bodies one that

@@ -97,6 +97,12 @@ TEST_F(LongTasks, LeaveAPlaceToWhatIsShorter) {
   EXPECT_TRUE(is_passed) << "though six clients have more to do than there are places";
 }
 
+TEST_F(LongTasks, GoOneAfterTheOtherWhereNobodyAskedForThem) {
+  put_long("idle", TakingTurns::Share::kOne);
+  tasks.run_one();
+  EXPECT_EQ(most, 1);
+}
+
 TEST(TakingTurns, PlacesOfTasksThatWaitForSomebodyAreLent) {
   int asked = 0;
   std::string ran;
