@@ -349,7 +349,6 @@ BeamSolution solve(const Attempt& attempt) {
       }
     }
     attempt.keep_to_the_side(solution);
-    attempt.look_for_jump(solution);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;
@@ -361,6 +360,7 @@ BeamSolution solve(const Attempt& attempt) {
     solution.report.message = "the solve diverged: positions are no longer finite";
   }
   try {  // what is balanced stays so
+    attempt.look_for_jump(solution);
     doubt_elements(attempt, solution);
     if (attempt.options.finer_judgement == FinerJudgement::kAtOnce)
       judge_by_shorter_elements(attempt.structure, solution.state, solution.report,

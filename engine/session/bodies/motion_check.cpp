@@ -10,6 +10,7 @@
 
 #include "engine/session/bodies/frame_steps.h"
 #include "engine/session/bodies/problem_mapping.h"
+#include "engine/session/bodies/reach.h"
 #include "engine/session/bodies/session.h"
 
 namespace limber::session {
@@ -20,9 +21,6 @@ constexpr double kTrainedShare = 1.25;
 
 /// A soft target that is missed by more than this is no compromise of weights [body lengths].
 constexpr double kMaxMissedLengths = 0.5;
-
-/// Targets beyond are met by bodies that turn inside out, if at all [body lengths].
-constexpr double kFarTargetLengths = 2;
 
 /// Full shapes that miss a target by more than this times what the shown ones miss are reported.
 constexpr double kMaxMissRatio = 1.5;
@@ -87,7 +85,7 @@ void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentenc
     sentences.push_back(fmt::format(
         "{} {} inverted in frame {}, the worst of the {} frames compared.", error.inverted_tets,
         error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame, error.frames));
-    if (check.farthest_target > kFarTargetLengths * check.length) {
+    if (check.farthest_target > kFarTarget * check.length) {
       sentences.push_back(fmt::format(
           "The target in frame {} is out of reach: it is {:.3g} body lengths from rest, and the "
           "body meets it inside out.",

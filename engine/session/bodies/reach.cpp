@@ -10,8 +10,6 @@ namespace {
 using spacetime::ConstraintMiss;
 using spacetime::PositionConstraint;
 
-/// Targets of soft constraints that are nearer to rest are a matter of weights [body lengths].
-constexpr double kFarTarget = 2;
 /// That are named one by one.
 constexpr std::size_t kListed = 5;
 

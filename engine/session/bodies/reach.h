@@ -7,6 +7,10 @@
 
 namespace limber::session {
 
+/// Targets of soft constraints that are nearer to rest are a matter of weights; bodies meet those
+/// beyond only inside out, if at all [body lengths].
+inline constexpr double kFarTarget = 2;
+
 /// Constraints whose targets an optimum stops short of because the body does not get there: exact
 /// ones that are missed without contradicting others, and soft ones that are missed by more than
 /// half the body's length although their targets are more than two lengths from rest. Soft targets

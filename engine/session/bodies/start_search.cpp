@@ -97,8 +97,7 @@ class StartSolver {
 
   /// The start whose end is best; the shown motion, which is first, where no other is clearly so.
   [[nodiscard]] std::size_t best_of(const std::vector<EndedStart>& ended) const {
-    spacetime::Solver solver = make_solver();
-    for (const PositionConstraint& constraint : constraints_) solver.add(constraint);
+    const spacetime::Solver solver = make_solver();
     std::size_t best = 0;
     for (std::size_t i = 1; i < ended.size(); ++i)
       if (solver.prefers(ended[i].report, ended[best].report)) best = i;

@@ -40,6 +40,8 @@ int BodySession::Impl::starts_to_compare() const {
 
 bool BodySession::Impl::is_several_optima_possible(const BodyResult& result) const {
   if (!options_.start_search) return false;
+  const SolveStatus status = result.report.status;
+  if (status == SolveStatus::kCancelled || status == SolveStatus::kImproved) return false;
   if (!result.is_exact || result.report.rank_deficient || result.starts || result.solve_failed)
     return false;
   if (problem_->variables() != scene::MaterialVariables::kMotion || problem_->has_fitted() ||
