@@ -254,7 +254,7 @@ NewtonSolver::Verdict NewtonSolver::judge_positive(const BeamState& state, const
     neutral.rightCols(1) = stiffness_.extended(v);
   };
   for (const auto& v : sorted.loose.colwise()) {
-    if (std::abs(v.dot(stiffness_.times(v))) >= v.dot(rounding.cwiseProduct(v))) continue;
+    if (std::abs(v.dot(stiffness_.times(v))) >= allowance(v, rounding, left)) continue;
     if (!rolls_at_half_a_turn(structure_, state, stiffness_.extended(v)))
       return verdict(Stability::kMechanism, v);
     add_neutral(v);
