@@ -21,6 +21,7 @@
 #include "bench/suite.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/solver.h"
+#include "tests/support/published.h"
 #include "tests/support/reconstruction.h"
 
 namespace limber::bench {
@@ -100,10 +101,8 @@ struct SolvedPath {
 
 SolvedPath solve(const Body& body, const Path& path, const Targets& targets,
                  const ScaledModes& modes, std::shared_ptr<Reconstruction> editor) {
-  scene::Dynamics dynamics;
-  dynamics.period_frames = 40;
-  const auto mapped =
-      session::map_dynamics(dynamics, modes.eigenvalues, modes.rigid_count, modes.mechanism_count);
+  const auto mapped = session::map_dynamics(testing::published_dynamics(), modes.eigenvalues,
+                                            modes.rigid_count, modes.mechanism_count);
   const reduced::SiteId site = editor->add_site({body.node});
   spacetime::Timeline timeline;
   timeline.frame_count = path.frames;

@@ -20,6 +20,7 @@
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/session/bodies/session.h"
 #include "tests/support/material_bodies.h"
+#include "tests/support/published.h"
 #include "tests/support/temporary_folder.h"
 
 namespace limber::bench {
@@ -40,8 +41,9 @@ class ExactSuite {
     const session::MappedBody mapped = session::map_body(scene);
     const auto model = std::make_shared<const reduced::ReducedModel>(
         reduced::build_model(mapped.body, session::map_model(scene, mapped.body)));
-    const spacetime::ModeDynamics dynamics = session::map_dynamics(
-        scene.dynamics, model->eigenvalues, model->rigid_count, model->mechanism_count);
+    const spacetime::ModeDynamics dynamics =
+        session::map_dynamics(testing::published_dynamics(scene.dynamics.period_frames),
+                              model->eigenvalues, model->rigid_count, model->mechanism_count);
     spacetime::Timeline timeline;
     timeline.frame_count = scene.frame_count;
     const auto reduced_kinematics = std::make_shared<reduced::ReducedKinematics>(model);

@@ -20,7 +20,7 @@ namespace {
 
 using testing::BodyTask;
 
-constexpr Eigen::Index kQuickTets = 10'000;
+constexpr Eigen::Index kMostTetsOfQuickBodies = 10'000;
 
 class BodySuite {
  public:
@@ -28,7 +28,7 @@ class BodySuite {
       : options_(options), recorder_(recorder) {}
 
   void run_tasks(const scene::Scene& body) {
-    if (options_.quick && body.mesh.tets.cols() > kQuickTets)
+    if (options_.quick && body.mesh.tets.cols() > kMostTetsOfQuickBodies)
       return recorder_.note("material_bodies: " + body.name + " left out by --quick");
     for (const BodyTask task :
          {BodyTask::kConstraints, BodyTask::kLastEndFree, BodyTask::kBothEndsFree,

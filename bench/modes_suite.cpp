@@ -29,7 +29,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kQuickTets = 12'000, kFewest = 8;
+constexpr int kMostTetsOfQuickModes = 12'000, kFewest = 8;
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -117,7 +117,7 @@ class ModesSuite {
     const auto folder = std::filesystem::path(options_.shared_folder) / "data" / "bodies";
     const std::optional<scene::Scene> body = testing::read_body(file, folder);
     if (!body) return recorder_.note("modes: " + file.name + " left out, no public data");
-    if (options_.quick && body->mesh.tets.cols() > kQuickTets)
+    if (options_.quick && body->mesh.tets.cols() > kMostTetsOfQuickModes)
       return recorder_.note("modes: " + file.name + " left out by --quick");
     run(file.name, testing::with_task(*body, testing::BodyTask::kConstraints, cache_));
   }

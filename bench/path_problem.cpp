@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/session/bodies/problem_mapping.h"
+#include "tests/support/published.h"
 
 namespace limber::bench {
 namespace {
@@ -28,10 +29,9 @@ SpacetimeProblem path_problem(const NamedBody& named,
   SpacetimeProblem problem;
   problem.scene = named.name;
   problem.tets = named.body.mesh.tet_count();
-  scene::Dynamics dynamics;
-  dynamics.period_frames = shape.period;
-  problem.dynamics = session::map_dynamics(dynamics, model->eigenvalues.head(shape.modes),
-                                           model->rigid_count, model->mechanism_count);
+  problem.dynamics = session::map_dynamics(testing::published_dynamics(shape.period),
+                                           model->eigenvalues.head(shape.modes), model->rigid_count,
+                                           model->mechanism_count);
   problem.timeline.frame_count = shape.frames;
 
   const int count = shape.constraints, moved = std::min(kMoved, shape.modes);

@@ -7,6 +7,7 @@
 #include "engine/scene/samples/samples.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "tests/support/chain_kinematics.h"
+#include "tests/support/published.h"
 
 namespace limber::bench {
 
@@ -42,9 +43,9 @@ SpacetimeProblem sample_problem(const std::string& name, int coordinates, Record
   problem.scene = name;
   problem.tets = mapped.body.mesh.tet_count();
   problem.model = build(mapped.body, coordinates, 80, 32);
-  problem.dynamics =
-      session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count,
-                            problem.model->mechanism_count);
+  problem.dynamics = session::map_dynamics(
+      testing::published_dynamics(scene.dynamics.period_frames), problem.model->eigenvalues,
+      problem.model->rigid_count, problem.model->mechanism_count);
   keep_first_modes(kProblemModes, problem.dynamics);
   problem.timeline = {scene.frame_count, session::map_end(scene.first_end),
                       session::map_end(scene.last_end)};
@@ -102,9 +103,8 @@ std::optional<SpacetimeProblem> tyrannosaurus_problem(int coordinates, const Sui
   problem.scene = "tyrannosaurus";
   problem.tets = named->body.mesh.tet_count();
   problem.model = build(named->body, coordinates, 80, 32);
-  scene::Dynamics dynamics;
-  dynamics.period_frames = 60;
-  problem.dynamics = session::map_dynamics(dynamics, problem.model->eigenvalues, 0);
+  problem.dynamics =
+      session::map_dynamics(testing::published_dynamics(60), problem.model->eigenvalues, 0);
   keep_first_modes(kProblemModes, problem.dynamics);
   problem.timeline.frame_count = kFrames;
   const std::vector<int> nodes = outer_nodes(named->body, *problem.model, 3);

@@ -13,6 +13,7 @@
 #include "engine/reduced/scaled_modes.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/solver.h"
+#include "tests/support/published.h"
 
 namespace limber::bench::stability {
 namespace {
@@ -40,8 +41,9 @@ Finding exact(const ElasticBody& body, double reach, double weight = 100) {
   scene::Scene scene = scene_of(body, reach);
   const auto model =
       std::make_shared<const reduced::ReducedModel>(modes_alone(body, scene.model.mode_count));
-  const spacetime::ModeDynamics dynamics = session::map_dynamics(
-      scene.dynamics, model->eigenvalues, model->rigid_count, model->mechanism_count);
+  const spacetime::ModeDynamics dynamics =
+      session::map_dynamics(testing::published_dynamics(scene.dynamics.period_frames),
+                            model->eigenvalues, model->rigid_count, model->mechanism_count);
   const auto kinematics = std::make_shared<reduced::FullKinematics>(
       body, model, std::make_shared<const reduced::FullReconstruction>(body));
   spacetime::Timeline timeline;

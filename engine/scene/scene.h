@@ -25,12 +25,47 @@ enum class TargetKind {
   kVelocity,      // of the shown frames, see velocity_span()
 };
 
-/// How fast the body moves: unit of time is the frame.
+/// How modes go from frame to frame.
+enum class Discretisation {
+  kSampled,      // free motion is exact at the frames; forces cost the same at any frame rate
+  kDifferences,  // published: differences with the frame as their step
+};
+
+/// How fast and how lively the body moves.
 struct Dynamics {
   double frames_per_second = 30;  // > 0
   double period_frames =
       40;  // frames of one swing of the lowest elastic mode; 0: from materials and fps
-  double damping_ratio = 0;  // of critical, for every mode, in [0, 1)
+  /// Of critical, in [0, 1): of the lowest elastic mode. Damping grows with stiffness, as in a body
+  /// of viscous material, so that faster modes are damped more in proportion to their frequency.
+  /// Of published differences: of every mode.
+  double damping_ratio = kCalmDamping;
+  Discretisation discretisation = Discretisation::kSampled;
+  double force_smoothing = kCalmSmoothing;  // [s], >= 0: about the time in which forces change
+
+  /// Of sampled modes by default: keys of a tenth to a third of the body's length neither shake the
+  /// body nor swing it to the other side, and two equal ones hold it between them (limber-bench
+  /// calm).
+  static constexpr double kCalmDamping = 0.7, kCalmSmoothing = 0.5;
+};
+
+/// Dynamics of which some may be left to their defaults. Published differences have neither damping
+/// nor smoothing by default.
+struct DynamicsRequest {
+  double frames_per_second = 30;
+  double period_frames = 40;
+  std::optional<double> damping_ratio = std::nullopt;
+  std::optional<Discretisation> discretisation = std::nullopt;
+  std::optional<double> force_smoothing = std::nullopt;
+
+  /// @param where_absent  the discretisation where none is requested
+  [[nodiscard]] Dynamics resolved(Discretisation where_absent) const {
+    const Discretisation chosen = discretisation.value_or(where_absent);
+    const bool is_calm = chosen == Discretisation::kSampled;
+    return {frames_per_second, period_frames,
+            damping_ratio.value_or(is_calm ? Dynamics::kCalmDamping : 0), chosen,
+            force_smoothing.value_or(is_calm ? Dynamics::kCalmSmoothing : 0)};
+  }
 };
 
 /// Sizes of 0 are chosen so that the mean relative error on held-out poses is below the tolerance.

@@ -40,6 +40,8 @@ bool is_discretisation(Discretisation value) {
   return value == Discretisation::kDifferences || value == Discretisation::kSampled;
 }
 
+bool is_force_scale(double scale) { return scale > 0 && std::isfinite(scale); }
+
 bool is_smoothing(double tau) { return tau >= 0 && tau <= kLongestSmoothing; }
 
 ForceStencil force_stencil(Discretisation discretisation, double stiffness, double damping) {
@@ -103,13 +105,14 @@ ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count, Beginning be
   rest_ = Eigen::VectorXd::Zero(lanes);
   stencil_.resize(lanes, 3);
   beginning_ = Lanes::Zero(lanes, 3);
+  const double root = std::sqrt(dynamics.scale);
   for (Eigen::Index k = 0; k < lanes; ++k) {
     const ForceStencil of_mode = k < modes ? force_stencil(dynamics, k) : ForceStencil{1, -1, 1};
-    stencil_.row(k) << of_mode.before, of_mode.centre, of_mode.next;
+    stencil_.row(k) << root * of_mode.before, root * of_mode.centre, root * of_mode.next;
     if (!begins_from_rest_ || k >= modes) continue;
     const BeginningCost cost =
         beginning_cost(dynamics.stiffness[k], dynamics.damping[k], dynamics.smoothing);
-    beginning_.row(k) << cost.place, cost.lag, cost.speed;
+    beginning_.row(k) << root * cost.place, root * cost.lag, root * cost.speed;
   }
   if (reach_ == 2) {
     inner_ = stencil_;

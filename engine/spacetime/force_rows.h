@@ -7,9 +7,10 @@
 
 namespace limber::spacetime {
 
-/// What ModeDynamics may have: one of the enumerators; 0 <= tau <= 1e6.
+/// What ModeDynamics may have: one of the enumerators; 0 <= tau <= 1e6; c > 0.
 [[nodiscard]] bool is_discretisation(Discretisation value);
 [[nodiscard]] bool is_smoothing(double tau);
+[[nodiscard]] bool is_force_scale(double scale);
 
 /// The force on a mode in frame i: before z_(i-1) + centre z_i + next z_(i+1).
 ///
@@ -67,8 +68,8 @@ struct BeginningCost {
 /// a motion that go on from what is known.
 enum class Beginning { kFromRest, kAnyhow };
 
-/// The rows of E_f = 1/2 sum |row z|^2, alike for all frames but at the ends. A row is named by the
-/// first of its frames: row i is coefficient(i, t) z_(i+t), t = 0 .. reach().
+/// The rows of E_f = 1/2 sum |row z|^2, sqrt(c) in each, alike for all frames but at the ends. A
+/// row is named by the first of its frames: row i is coefficient(i, t) z_(i+t), t = 0 .. reach().
 ///
 /// Without smoothing row i is the force in frame i + 1, i = 0 .. N - 3. With smoothing it is own
 /// f_(i+1) + following f_(i+2), i = -1 .. N - 3: forces rise from zero at the first frame and

@@ -63,6 +63,8 @@ void validate(const ModeDynamics& dynamics) {
                    "dynamics.smoothing = " + std::to_string(dynamics.smoothing) +
                        " must be in [0, 1e6] frames");
   }
+  if (!is_force_scale(dynamics.scale))
+    refuse_problem("dynamics.scale", "dynamics.scale must be > 0 and finite");
 }
 
 void validate_target(const Eigen::Vector3d& target) {

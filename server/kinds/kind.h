@@ -61,6 +61,11 @@ class Kind {
                                                            const std::string& prefix,
                                                            const SceneContext& context) const = 0;
 
+  /// What a scene means where it says nothing, as far as builds differ in it. Stored with the
+  /// scene.
+  [[nodiscard]] virtual proto::Scene defaults_of(const proto::Scene& /*scene*/) const { return {}; }
+  /// Writes into a stored scene what builds before defaults_of() took where it says nothing.
+  virtual void add_older_defaults(proto::Scene& /*scene*/) const {}
   /// Has a scene begin where an answer was: what Record::add_start() had put into `start`.
   virtual void begin_in(proto::Scene& /*scene*/, const proto::Scene& /*start*/) const {}
 

@@ -21,8 +21,12 @@ namespace {
 /// Results that may have been published after the stored one: two hours of iterates.
 constexpr std::uint64_t kSequencesAhead = 1'000'000;
 
-store::OpenedSession opened_session(const Record& record, const proto::Scene& scene) {
-  return {record.key().uid, record.id(), record.kind(), scene.SerializeAsString(),
+/// @param defaults  fields that the scene is stored with besides its own
+store::OpenedSession opened_session(const Record& record, const proto::Scene& scene,
+                                    const proto::Scene& defaults) {
+  std::string bytes = scene.SerializeAsString();
+  defaults.AppendToString(&bytes);  // messages behind one another are read as one
+  return {record.key().uid, record.id(), record.kind(), std::move(bytes),
           record.status().SerializeAsString()};
 }
 
@@ -135,7 +139,8 @@ void KeptSessions::write(const SharedTicket& ticket, std::vector<store::Change> 
 void KeptSessions::opened(const SharedTicket& ticket, const std::shared_ptr<Record>& record,
                           const proto::Scene& scene, proto::Reply reply,
                           std::function<void()> undo) {
-  write(ticket, {opened_session(*record, scene)}, std::move(reply), std::move(undo));
+  write(ticket, {opened_session(*record, scene, kinds_.of(scene, "scene").defaults_of(scene))},
+        std::move(reply), std::move(undo));
   record->begin_to_store_answers();
 }
 
@@ -157,7 +162,7 @@ void KeptSessions::imported(const SharedTicket& ticket, Record& record,
                             const proto::StoredSession& stored, proto::Reply reply,
                             std::function<void()> undo) {
   const std::uint64_t uid = record.key().uid;
-  std::vector<store::Change> changes{opened_session(record, stored.scene())};
+  std::vector<store::Change> changes{opened_session(record, stored.scene(), {})};
   if (stored.has_checkpoint())
     changes.emplace_back(store::SavedCheckpoint{uid, stored.checkpoint().revision(),
                                                 stored.checkpoint().SerializeAsString()});
@@ -240,6 +245,7 @@ KeptSessions::Restored KeptSessions::restore(const SessionKey& key,
                                              const std::shared_ptr<Attendance>& people) {
   const Kind& kind = kinds_.of(stored.scene(), "scene");
   proto::Scene scene = stored.scene();
+  kind.add_older_defaults(scene);
   if (stored.answer().has_start()) kind.begin_in(scene, stored.answer().start());
   const std::unique_ptr<Opening> opening = kind.read(scene, scenes);
   const auto room = parking_.make_room(opening->memory());

@@ -158,6 +158,23 @@ def test_every_function_names_the_argument(field, call):
     assert refused(field, call).code == "INVALID_ARGUMENT"
 
 
+def test_liveliness_has_the_defaults_at_its_default():
+    assert limber.liveliness(0.8) == pytest.approx({"damping_ratio": 0.7, "force_smoothing": 0.5})
+    assert limber.liveliness(0) == pytest.approx({"damping_ratio": 0.05, "force_smoothing": 0.1})
+    assert limber.liveliness(1)["damping_ratio"] < 1
+    with pytest.raises(limber.LimberError, match="calm must be in"):
+        limber.liveliness(1.2)
+
+
+def test_dynamics_name_their_discretisation():
+    made = edits.to_messages([limber.dynamics(discretisation="differences", force_smoothing=0.25)],
+                             scene_messages.Scene(dynamics=scene_messages.Dynamics(period_frames=25)))[0].set_dynamics
+    assert made == scene_messages.Dynamics(period_frames=25, force_smoothing=0.25,
+                                           discretisation=scene_messages.TIME_DISCRETISATION_DIFFERENCES)
+    with pytest.raises(limber.LimberError, match="sampled"):
+        limber.dynamics(discretisation="exact")
+
+
 def test_a_change_of_dynamics_keeps_what_it_does_not_name():
     before = scene_messages.Dynamics(frames_per_second=24, period_frames=25, damping_ratio=0.1)
     first, second = edits.to_messages([limber.dynamics(damping_ratio=0.2), limber.dynamics(period_frames=50)],

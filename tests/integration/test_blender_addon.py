@@ -73,7 +73,7 @@ def test_the_motion_follows_wishes(server, live_box):
     (session,) = [server.session(status.session) for status in server.sessions() if status.name == "box"]
     (constraint,) = session.constraints()
     assert constraint.frame == 25 and constraint.target == pytest.approx(at + (0, 0, 0.5), abs=1e-6)
-    assert session.frames()[25, tip] == pytest.approx(at + (0, 0, 0.5), abs=0.02)
+    assert session.frames()[25, tip] == pytest.approx(at + (0, 0, 0.5), abs=0.05)
     # The surface is where the server has it.
     assert np.allclose(live_box.picture.shapes(), session.frames(encoding="surface"), atol=1e-4)
     assert np.allclose(live_box.picture.shape(20.5), live_box.picture.shapes()[20:22].mean(axis=0), atol=1e-5)

@@ -30,6 +30,8 @@ std::vector<int> used_nodes(const bodies::TetMesh& mesh) {
   return nodes;
 }
 
+}  // namespace
+
 std::vector<int> lowest_nodes(const bodies::TetMesh& mesh) {
   const std::vector<int> used = used_nodes(mesh);
   const Eigen::VectorXd heights = mesh.nodes.row(1)(used);
@@ -41,13 +43,6 @@ std::vector<int> lowest_nodes(const bodies::TetMesh& mesh) {
   return nodes;
 }
 
-/// The largest extent of the box around the body, as ReducedModel::length.
-double body_length(const bodies::TetMesh& mesh) {
-  const Eigen::Matrix3Xd nodes = mesh.nodes(Eigen::all, used_nodes(mesh));
-  return (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).maxCoeff();
-}
-
-/// Each as far as can be from fixed nodes and those before it.
 std::vector<int> far_nodes(const scene::Scene& scene, int count) {
   const std::vector<int> used = used_nodes(scene.mesh);
   const Eigen::Matrix3Xd places = scene.mesh.nodes(Eigen::all, used);
@@ -67,6 +62,14 @@ std::vector<int> far_nodes(const scene::Scene& scene, int count) {
     keep_away(places.col(best));
   }
   return chosen;
+}
+
+namespace {
+
+/// The largest extent of the box around the body, as ReducedModel::length.
+double body_length(const bodies::TetMesh& mesh) {
+  const Eigen::Matrix3Xd nodes = mesh.nodes(Eigen::all, used_nodes(mesh));
+  return (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).maxCoeff();
 }
 
 void add_constraints(scene::Scene& scene) {

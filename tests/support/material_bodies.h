@@ -24,6 +24,12 @@ struct BodyFile {
 /// Nodes of a .bou file: their count, then each.
 [[nodiscard]] std::vector<int> read_node_list(const std::filesystem::path& path);
 
+/// Nodes of the lowest 5 % of the height, of those that tets use.
+[[nodiscard]] std::vector<int> lowest_nodes(const bodies::TetMesh& mesh);
+
+/// So many nodes, each as far as can be from fixed ones and those before it.
+[[nodiscard]] std::vector<int> far_nodes(const scene::Scene& scene, int count);
+
 /// The body with default options and no targets; its own materials where it brings some.
 /// @param bodies  the folder data/bodies
 /// @returns nothing where the file is not there

@@ -40,6 +40,7 @@ class Body:
     youngs_modulus: float = 1e5
     density: float = 1000.0
     period: float = 0.0     # seconds of the slowest swing; 0: as the material has it
+    calm: float = 0.8       # from 0, lively, to 1
     modes: int = 20
     tolerance: float = 0.05
 
@@ -89,6 +90,7 @@ class Live:
         self._endpoint, self._binary = endpoint, binary
         self._lock = threading.Condition()
         self._wishes: "tuple[Wish, ...]" = ()
+        self._calm = self._sent_calm = body.calm
         self._asked = 0       # wish() calls
         self._picture: "Picture | None" = None
         self._state, self._error, self._stopped = "connecting", "", False
@@ -114,10 +116,11 @@ class Live:
         """The newest."""
         return self._picture
 
-    def wish(self, wishes: "list[Wish]") -> int:
-        """What the constraints are to be from now on, all of them; a number that pictures name."""
+    def wish(self, wishes: "list[Wish]", calm: "float | None" = None) -> int:
+        """What the constraints are to be from now on, all of them, and how calm the motion; a number that pictures name."""
         with self._lock:
             self._wishes = tuple(wishes)
+            self._calm = self._calm if calm is None else calm
             self._asked += 1
             self._lock.notify()
             return self._asked
@@ -170,7 +173,7 @@ class Live:
             scene = limber.scene_from_arrays(
                 nodes, filled.tets, name=body.name, frames=body.frames, fixed_nodes=fixed, frames_per_second=body.rate,
                 length_unit_in_metres=body.metres, youngs_modulus=body.youngs_modulus, density=body.density,
-                modes=body.modes, tolerance=body.tolerance, surface=path, **options)
+                modes=body.modes, tolerance=body.tolerance, surface=path, **limber.liveliness(body.calm), **options)
         self._state = "building"
         self._session = server.open(scene, progress=False, timeout=PATIENCE)
         self.nodes, self.surface_nodes = nodes, np.unique(self._session.geometry().surface)
@@ -186,10 +189,10 @@ class Live:
                 self._lock.wait_for(lambda: self._stopped or self._asked > done)
                 if self._stopped:
                     return
-                wishes, number = self._wishes, self._asked
+                wishes, calm, number = self._wishes, self._calm, self._asked
             self._state = "solving"
             try:
-                if self._send(wishes):
+                if self._send(wishes, calm):
                     self._session.wait(until="first", timeout=PATIENCE)
                     self._show(number, final=False)
                     self._settle(number)
@@ -221,7 +224,7 @@ class Live:
             self._show(number, final=True)
             return
 
-    def _send(self, wishes: "tuple[Wish, ...]") -> bool:
+    def _send(self, wishes: "tuple[Wish, ...]", calm: float) -> bool:
         """The edits between the constraints and the wishes, as one revision; False: there are none."""
         requested = {(wish.handle, wish.frame): wish for wish in wishes}
         edits, changes = [], []
@@ -238,9 +241,12 @@ class Live:
             if key not in self._sent or key in gone:
                 edits.append(limber.add(frame=wish.frame, node=wish.node, position=wish.position, exact=wish.exact))
                 changes.append((key, wish))
+        if calm != self._sent_calm:
+            edits.append(limber.dynamics(**limber.liveliness(calm)))
         if not edits:
             return False
         receipt = self._session.edit(edits)
+        self._sent_calm = calm
         for (key, value), id in zip(changes, receipt.constraint_ids):
             if value is None:
                 del self._sent[key]

@@ -13,6 +13,8 @@ class Settings(bpy.types.PropertyGroup):
     density: bpy.props.FloatProperty(name="Density [kg/m3]", default=1000, min=1e-3)
     period: bpy.props.FloatProperty(name="Swing [s]", default=1.0, min=0,
                                     description="Seconds of the slowest swing; 0: as the stiffness has it")
+    calm: bpy.props.FloatProperty(name="Lively to calm", default=0.8, min=0, max=1, subtype="FACTOR",
+                                  description="0: swings on after a key; 1: comes to rest without a swing")
     modes: bpy.props.IntProperty(name="Modes", default=20, min=1, max=200)
     tolerance: bpy.props.FloatProperty(name="Tolerance", default=0.05, min=1e-4, max=1)
     endpoint: bpy.props.StringProperty(name="Server", description="Of a limberd that runs; empty: one is found or started")
@@ -32,7 +34,7 @@ class Panel(bpy.types.Panel):
         layout, settings, object = self.layout, context.scene.limber, context.object
         link = LINKS.get(object.get("limber_object", object.name)) if object else None
         if link is None:
-            for name in ("tets", "youngs_modulus", "density", "period", "modes", "tolerance", "endpoint", "binary"):
+            for name in ("tets", "youngs_modulus", "density", "period", "calm", "modes", "tolerance", "endpoint", "binary"):
                 layout.prop(settings, name)
             layout.label(text=f'The vertex group "{FIXED}" is held')
             layout.operator("limber.start")
@@ -40,6 +42,7 @@ class Panel(bpy.types.Panel):
         layout.label(text=f"{link.name}: {link.live.state}")
         if link.live.error:
             layout.label(text=link.live.error, icon="ERROR")
+        layout.prop(settings, "calm")
         layout.operator("limber.add_handle")
         if object.get("limber_object"):
             layout.prop(object, '["limber_exact"]', text="Exact")

@@ -46,9 +46,9 @@ class Link:
                               frames=self.frames, rate=self.rate, metres=scene.unit_settings.scale_length,
                               fixed=np.array(fixed, dtype=int), tets=settings.tets,
                               youngs_modulus=settings.youngs_modulus, density=settings.density, period=settings.period,
-                              modes=settings.modes, tolerance=settings.tolerance)
+                              calm=settings.calm, modes=settings.modes, tolerance=settings.tolerance)
         self.live = live.Live(self.body, endpoint, binary)
-        self._wished: "list[live.Wish] | None" = None
+        self._wished: "tuple[list[live.Wish], float] | None" = None
         self.asked = 0
         self.showing = True  # false once the motion is baked
         self._shown = (-1, None)
@@ -96,11 +96,11 @@ class Link:
         """Tells the session what has changed; True: something has."""
         if self.live.state in ("connecting", "filling", "building", "failed", "closed"):
             return False
-        wishes = self.wishes()
-        if wishes == self._wished:
+        wished = self.wishes(), self.scene.limber.calm
+        if wished == self._wished:
             return False
-        self._wished = wishes
-        self.asked = self.live.wish(wishes)
+        self._wished = wished
+        self.asked = self.live.wish(*wished)
         return True
 
     # ---- from the session to the scene ----

@@ -236,17 +236,28 @@ struct DynamicsOptions {
 
 void dynamics_command(CLI::App& app, Context& context) {
   auto options = std::make_shared<DynamicsOptions>();
-  auto* command =
-      subcommand(app, "dynamics", "How fast the body moves; what is not named stays as it is",
-                 "limber dynamics flower --period-frames 30 --damping-ratio 0.05");
+  auto* command = subcommand(
+      app, "dynamics", "How fast and how lively the body moves; what is not named stays as it is",
+      "limber dynamics flower --period-frames 30 --damping-ratio 0.05");
   command->add_option("session", options->session, "Session")->required();
   auto* values = command->add_option_group("values", "At least one of");
   values->add_option("--frames-per-second", options->change.frames_per_second,
                      "Frames per second, > 0");
   values->add_option("--period-frames", options->change.period_frames,
                      "Frames of one swing of the lowest elastic mode; 0: as the materials say");
-  values->add_option("--damping-ratio", options->change.damping_ratio, "Of critical, in [0, 1)");
-  values->require_option(1, 3);
+  values->add_option("--damping-ratio", options->change.damping_ratio,
+                     "Of critical, in [0, 1): of the lowest elastic mode");
+  values->add_option("--force-smoothing", options->change.force_smoothing,
+                     "About the time in which control forces change [s]; 0: none");
+  values
+      ->add_option("--discretisation", options->change.discretisation,
+                   "sampled: free motion is exact at the frames; differences: as published")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, v1::TimeDiscretisation>{
+              {"sampled", v1::TIME_DISCRETISATION_SAMPLED},
+              {"differences", v1::TIME_DISCRETISATION_DIFFERENCES}},
+          CLI::ignore_case));
+  values->require_option(1, 5);
   command->callback([&context, options] {
     auto session = context.session<BodySession>(options->session);
     print_receipt(context, session.dynamics(options->change));

@@ -58,11 +58,13 @@ std::string describe_error(const v1::MotionError& error) {
   return fmt::format(
       "motion error      {} ({} in frame {}; tolerance {}), {:.3g} at most, "
       "constraints {:.3g} at most; of {} frames\n"
-      "inverted tets     {}{}\n",
+      "inverted tets     {}{}\n"
+      "zigzag            {:.2g} body lengths in frame {}\n",
       percent(error.shape_error()), percent(error.worst_frame_error()), error.worst_frame(),
       percent(error.tolerance()), error.max_distance(), error.max_constraint_error(),
       error.frames(), error.inverted_tets(),
-      error.inverted_tets() > 0 ? fmt::format(" in frame {}", error.inverted_frame()) : "");
+      error.inverted_tets() > 0 ? fmt::format(" in frame {}", error.inverted_frame()) : "",
+      error.zigzag_share(), error.zigzag_frame());
 }
 
 std::string BodyKind::describe(const v1::ResultInfo& result) const {

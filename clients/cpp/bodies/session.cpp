@@ -72,6 +72,8 @@ v1::EditResponse BodySession::dynamics(const DynamicsChange& change) {
     if (change.frames_per_second) dynamics.set_frames_per_second(*change.frames_per_second);
     if (change.period_frames) dynamics.set_period_frames(*change.period_frames);
     if (change.damping_ratio) dynamics.set_damping_ratio(*change.damping_ratio);
+    if (change.discretisation) dynamics.set_discretisation(*change.discretisation);
+    if (change.force_smoothing) dynamics.set_force_smoothing(*change.force_smoothing);
     try {
       return edit({whole}, now.status().revision());
     } catch (const ClientError& error) {

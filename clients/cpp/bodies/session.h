@@ -11,11 +11,13 @@
 
 namespace limber::client {
 
-/// How fast a body moves; what is not given stays as it is.
+/// How fast and how lively a body moves; what is not given stays as it is.
 struct DynamicsChange {
   std::optional<double> frames_per_second;
   std::optional<double> period_frames;  // of the lowest elastic mode; 0: as the materials say
-  std::optional<double> damping_ratio;  // of critical, in [0, 1)
+  std::optional<double> damping_ratio;  // of critical, in [0, 1): of the lowest mode
+  std::optional<v1::TimeDiscretisation> discretisation;
+  std::optional<double> force_smoothing;  // [s], >= 0
 };
 
 /// What a keyframe gets; what is not given stays as it is.

@@ -36,13 +36,18 @@ class MotionError:
     within_tolerance: bool
     check_ms: float              # that it took, on the server
     max_velocity_error: float = 0.0  # of the full reconstruction [length unit / s]
+    # Largest distance of a shown node from the mean of its places one frame before and one after [length unit], its share of
+    # the body's length, and the frame: above 0.02 the message says that the motion shakes.
+    zigzag: float = 0.0
+    zigzag_share: float = 0.0
+    zigzag_frame: int = 0
 
     @staticmethod
     def from_message(error: "service.MotionError") -> "MotionError":
         return MotionError(error.shape_error, error.worst_frame_error, error.worst_frame, error.max_distance,
                            error.max_distance_share, error.max_constraint_error, error.inverted_tets,
                            error.inverted_frame, error.frames, error.tolerance, error.within_tolerance, error.check_ms,
-                           error.max_velocity_error)
+                           error.max_velocity_error, error.zigzag, error.zigzag_share, error.zigzag_frame)
 
 
 @dataclass(frozen=True)
@@ -138,7 +143,7 @@ class Result:
     unit_force_energy: float = 0.0  # control forces, comparable between materials
     max_keyframe_error: float = 0.0  # largest distance of a node in a keyframe [length unit]; of final results
     weight_scale: float = 1.0       # soft constraints weigh so many times more, to meet constraint_tolerance
-    # Of the motion's power, above half the Nyquist frequency; of final results, None for few frames.
+    # Of the shown nodes' power, above half the Nyquist frequency; of final results, None for few frames.
     high_frequency_share: "float | None" = None
     max_velocity_error: float = 0.0  # largest difference by which a velocity is missed [length unit / s]
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]

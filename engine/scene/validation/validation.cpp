@@ -102,6 +102,10 @@ class SceneValidator {
     if (!(dynamics.damping_ratio >= 0 && dynamics.damping_ratio < 1)) {
       error("dynamics.damping_ratio", "must be in [0, 1), is " + number(dynamics.damping_ratio));
     }
+    if (!(dynamics.force_smoothing >= 0) || !std::isfinite(dynamics.force_smoothing)) {
+      error("dynamics.force_smoothing",
+            "must be >= 0 s and finite, is " + number(dynamics.force_smoothing));
+    }
   }
 
   bool check_magnitude(const std::string& field, double value, const char* unit) {

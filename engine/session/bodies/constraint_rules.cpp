@@ -170,6 +170,7 @@ void ConstraintRules::check_dynamics(const scene::Dynamics& dynamics) {
   check_frames_per_second(dynamics);
   check_period(dynamics);
   check_damping(dynamics);
+  check_smoothing(dynamics);
 }
 
 void ConstraintRules::check_frames_per_second(const scene::Dynamics& dynamics) {
@@ -184,6 +185,11 @@ void ConstraintRules::check_period(const scene::Dynamics& dynamics) {
 
 void ConstraintRules::check_damping(const scene::Dynamics& dynamics) {
   demand_range("damping_ratio", dynamics.damping_ratio, 0, std::nextafter(1.0, 0.0), "in [0, 1)");
+}
+
+void ConstraintRules::check_smoothing(const scene::Dynamics& dynamics) {
+  demand_range("force_smoothing", dynamics.force_smoothing, 0, 1e6 / dynamics.frames_per_second,
+               "in [0, 1e6 frames]");
 }
 
 }  // namespace limber::session

@@ -99,6 +99,7 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
   note("dynamics.", [&] { ConstraintRules::check_frames_per_second(scene.dynamics); });
   note("dynamics.", [&] { ConstraintRules::check_period(scene.dynamics); });
   note("dynamics.", [&] { ConstraintRules::check_damping(scene.dynamics); });
+  note("dynamics.", [&] { ConstraintRules::check_smoothing(scene.dynamics); });
   note("", [&] { check_model(scene); });
   const bool body = scene.mesh.node_count() > 0;
   for (std::size_t i = 0; i < scene.constraints.size(); ++i) {
@@ -368,8 +369,9 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
           make(EndsChange{e.first, e.last}, request);
           return {};
         } else if constexpr (std::is_same_v<T, SetDynamics>) {
-          ConstraintRules::check_dynamics(e.dynamics);
-          make(DynamicsChange{e.dynamics}, request);
+          const scene::Dynamics dynamics = e.dynamics.resolved(dynamics_.discretisation);
+          ConstraintRules::check_dynamics(dynamics);
+          make(DynamicsChange{dynamics}, request);
           return {};
         } else if constexpr (std::is_same_v<T, SetMaterialVariables>) {
           make(MaterialChange{e.variables, material_.epoch}, request);

@@ -27,8 +27,9 @@ struct RemoveConstraint {
 struct SetEnds {
   scene::End first, last;
 };
+/// The discretisation stays where none is requested.
 struct SetDynamics {
-  scene::Dynamics dynamics;
+  scene::DynamicsRequest dynamics;
 };
 /// From now on this is optimised. What was fitted stays: kMotion freezes it.
 struct SetMaterialVariables {

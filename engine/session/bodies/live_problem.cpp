@@ -5,14 +5,19 @@
 #include <utility>
 
 #include "engine/reduced/scaled_modes.h"
-#include "engine/spacetime/motion_spectrum.h"
 
 namespace limber::session {
 
 namespace {
 
-bool same_dynamics(const spacetime::Material& a, const spacetime::Material& b) {
-  return a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping;
+bool same_modes(const spacetime::Material& a, const spacetime::Material& b) {
+  return a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping &&
+         a.dynamics.discretisation == b.dynamics.discretisation;
+}
+
+/// Whether forces cost the same on the same modes.
+bool same_forces(const spacetime::Material& a, const spacetime::Material& b) {
+  return a.dynamics.smoothing == b.dynamics.smoothing && a.dynamics.scale == b.dynamics.scale;
 }
 
 }  // namespace
@@ -36,7 +41,6 @@ LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
       targets_(std::move(targets)),
       keyframe_targets_(std::move(keyframe_targets)),
       terms_(terms),
-      mode_sizes_(model_->modes.colwise().norm().transpose() / std::sqrt(model_->node_count)),
       options_(options),
       limits_(limits) {}
 
@@ -52,8 +56,8 @@ void LiveProblem::start(const EditBatch& whole) {
   auto initial = std::make_shared<const spacetime::Material>(
       map_material(*whole.dynamics, terms_.mode_count, *model_));
   // Made anew after a failure: what was fitted is as good as it was.
-  const bool again =
-      material_ && epoch_ == whole.material->epoch && same_dynamics(*initial, *initial_);
+  const bool again = material_ && epoch_ == whole.material->epoch &&
+                     same_modes(*initial, *initial_) && same_forces(*initial, *initial_);
   epoch_ = whole.material->epoch;
   initial_ = std::move(initial);
   if (!again) material_ = initial_;
@@ -95,14 +99,31 @@ void LiveProblem::enter_epoch(std::uint64_t epoch) {
   set_material(known == fitted_.end() ? initial_ : known->second);
 }
 
-/// What was fitted to other dynamics starts anew from these.
+/// What was fitted to other modes starts anew from these. Other costs of forces leave it.
 void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
   auto mapped = std::make_shared<const spacetime::Material>(
       map_material(dynamics, terms_.mode_count, *model_));
-  if (same_dynamics(*mapped, *initial_)) return;
+  if (same_modes(*mapped, *initial_)) {
+    if (!same_forces(*mapped, *initial_)) set_forces(std::move(mapped));
+    return;
+  }
   initial_ = std::move(mapped);
   fitted_.clear();
   reset_material();
+}
+
+void LiveProblem::set_forces(std::shared_ptr<const spacetime::Material> initial) {
+  const auto with_forces = [&](const std::shared_ptr<const spacetime::Material>& of) {
+    if (of == initial_) return initial;
+    spacetime::Material changed = *of;
+    changed.dynamics.smoothing = initial->dynamics.smoothing;
+    changed.dynamics.scale = initial->dynamics.scale;
+    return std::make_shared<const spacetime::Material>(std::move(changed));
+  };
+  for (auto& [epoch, material] : fitted_) material = with_forces(material);
+  auto material = with_forces(material_);
+  initial_ = std::move(initial);
+  set_material(std::move(material));
 }
 
 void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
@@ -225,12 +246,6 @@ void LiveProblem::model_coordinates(const spacetime::Material& material,
                                     const Eigen::MatrixXd& motion, Eigen::MatrixXf& q) const {
   Eigen::MatrixXd mixed;
   kinematics_->reduced().coordinates(0, mixed_motion(material, motion, mixed), q);
-}
-
-std::optional<double> LiveProblem::high_frequency_share(const spacetime::Material& material,
-                                                        const Eigen::MatrixXd& motion) const {
-  Eigen::MatrixXd mixed;
-  return spacetime::high_frequency_share(mixed_motion(material, motion, mixed), mode_sizes_);
 }
 
 ModeProblem LiveProblem::mode_problem(const scene::Dynamics& dynamics) const {

@@ -112,9 +112,6 @@ class LiveProblem {
   /// Some columns of these. @param motion  of the span's frames alone
   void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                    spacetime::FrameSpan frames, Eigen::MatrixXf& q) const;
-  /// Share of power that shakes, of a motion (z, r x N) with a material; of few frames none.
-  [[nodiscard]] std::optional<double> high_frequency_share(const spacetime::Material& material,
-                                                           const Eigen::MatrixXd& motion) const;
   /// How far a motion (q, h x N) misses the keyframes.
   [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXd& basis,
                                            const Eigen::MatrixXf& q) const {
@@ -152,6 +149,8 @@ class LiveProblem {
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);
   void set_dynamics(const scene::Dynamics& dynamics);
+  /// Of the same modes, whose control forces cost otherwise.
+  void set_forces(std::shared_ptr<const spacetime::Material> initial);
   void enter_epoch(std::uint64_t epoch);
   void shed_sites();
 
@@ -164,7 +163,6 @@ class LiveProblem {
   ProblemTerms terms_;
   std::shared_ptr<const spacetime::Material> initial_, material_;
   std::optional<Unfinished> unfinished_;
-  Eigen::VectorXd mode_sizes_;  // R, root mean square displacements [m]
   double frames_per_second_ = 0;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
   std::uint64_t epoch_ = 0;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <utility>
 
 #include "engine/session/bodies/frame_steps.h"
@@ -25,8 +27,9 @@ constexpr double kMaxMissedLengths = 0.5;
 /// Full shapes that miss a target by more than this times what the shown ones miss are reported.
 constexpr double kMaxMissRatio = 1.5;
 
-/// Largest steps of fitted motions, over those with forces alone: beyond rounding.
-constexpr double kMaxStepRatio = 1.005;
+/// Largest steps of fitted motions, over those with forces alone. Less is no fault of a calm
+/// motion.
+constexpr double kMaxStepRatio = 1.5;
 
 /// Beyond this the number says nothing more.
 constexpr double kMaxShare = 10;
@@ -194,6 +197,70 @@ std::string describe_steps(const MotionCheck& check) {
       check.largest_step / check.length_unit, check.largest_step / check.largest_step_of_start);
 }
 
+bool shakes(const MotionCheck& check) {
+  return check.shaking.zigzag > kMaxZigzag * check.length ||
+         check.shaking.high_frequency_share > kMaxHighFrequencyShare;
+}
+
+std::string describe_shaking(const MotionCheck& check) {
+  std::vector<std::string> found;
+  if (check.shaking.zigzag > kMaxZigzag * check.length) {
+    found.push_back(fmt::format(
+        "in frame {} a node is {:.2g} body lengths from the mean of its places one frame "
+        "before and one after (limit {:g})",
+        check.shaking.frame, check.shaking.zigzag / check.length, kMaxZigzag));
+  }
+  if (check.shaking.high_frequency_share > kMaxHighFrequencyShare) {
+    found.push_back(
+        fmt::format("{:.2g} of its power is above half the Nyquist frequency (limit {:g})",
+                    check.shaking.high_frequency_share, kMaxHighFrequencyShare));
+  }
+  return fmt::format(
+      "The motion shakes: {}. Set targets nearer, leave more frames between those that differ, "
+      "make "
+      "the motion calmer (dynamics.damping_ratio, dynamics.force_smoothing), or use soft weights.",
+      fmt::join(found, "; "));
+}
+
+/// Far beyond all targets, to get from one exact one to the next.
+bool is_thrown(const MotionCheck& check) {
+  constexpr double kBeyondTargets = 2;
+  return check.thrown.to > check.thrown.from &&
+         check.thrown.distance > std::max(check.length, kBeyondTargets * check.farthest_target);
+}
+
+std::string describe_throw(const MotionCheck& check) {
+  return fmt::format(
+      "The body is thrown: in frame {} a node is {:.2g} body lengths from rest, the farthest "
+      "target "
+      "is {:.2g}. The cause are exact targets in frames {} and {}, which differ by {:.2g} body "
+      "lengths: leave more frames between them, or make one of them soft.",
+      check.thrown.frame, check.thrown.distance / check.length,
+      check.farthest_target / check.length, check.thrown.from, check.thrown.to,
+      check.thrown.apart / check.length);
+}
+
+/// Of targets of positions in neighbouring frames of them, every pair of such frames.
+void find_hurry(const std::vector<CheckRequest::Target>& targets, MotionCheck& check) {
+  std::map<int, std::vector<const CheckRequest::Target*>> exact;
+  for (const CheckRequest::Target& target : targets)
+    if (target.is_exact && !target.since) exact[target.frame].push_back(&target);
+  double fastest = 0;
+  for (auto next = exact.begin(); next != exact.end() && std::next(next) != exact.end(); ++next) {
+    const auto& [to, others] = *std::next(next);
+    for (const auto* one : next->second) {
+      for (const auto* other : others) {
+        const double distance = (other->target - one->target).norm();
+        if (distance <= fastest * (to - next->first)) continue;
+        fastest = distance / (to - next->first);
+        check.thrown.from = next->first;
+        check.thrown.to = to;
+        check.thrown.apart = distance;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::string describe_motion(const MotionCheck& check) {
@@ -201,9 +268,10 @@ std::string describe_motion(const MotionCheck& check) {
   describe_shapes(check, sentences);
   describe_misses(check, sentences);
   describe_velocities(check, sentences);
-  if (sentences.empty() && !has_larger_steps(check)) return {};
   if (!sentences.empty()) sentences.push_back(describe_remedy(check));
   if (has_larger_steps(check)) sentences.push_back(describe_steps(check));
+  if (is_thrown(check)) sentences.push_back(describe_throw(check));
+  if (shakes(check)) sentences.push_back(describe_shaking(check));
   return fmt::format("{}", fmt::join(sentences, " "));
 }
 
@@ -308,8 +376,16 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   check.frames_per_second = result.frames_per_second;
   if (scene_->constraint_tolerance)
     check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
+  const Eigen::MatrixXd& basis = result.shown ? *result.shown->basis : model_->basis;
+  const FarthestMove shaking = zigzag(basis, result.coordinates, job);
+  check.shaking.zigzag = shaking.distance;
+  check.shaking.frame = shaking.frame;
+  const FarthestMove farthest = farthest_from_rest(basis, result.coordinates, job);
+  check.thrown.distance = farthest.distance;
+  check.thrown.frame = farthest.frame;
+  if (scene_->base_motion.size() == 0) find_hurry(request.targets, check);
+  check.shaking.high_frequency_share = result.high_frequency_share.value_or(0);
   if (request.start_of_fit) {
-    const Eigen::MatrixXd& basis = result.shown ? *result.shown->basis : model_->basis;
     check.largest_step = largest_frame_step(basis, result.coordinates, job);
     check.largest_step_of_start = largest_frame_step(model_->basis, *request.start_of_fit, job);
   }

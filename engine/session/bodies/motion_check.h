@@ -16,6 +16,20 @@ struct BodyResult;
 
 /// What a session has found out about a motion that it shows.
 struct MotionCheck {
+  struct Shaking {
+    double zigzag = 0;  // largest distance of a node from the mean of its neighbour frames [m]
+    int frame = 0;
+    double high_frequency_share = 0;  // BodyResult::high_frequency_share
+  };
+  /// How far the motion goes, and the neighbouring frames of exact targets that differ most for the
+  /// time between them.
+  struct Throw {
+    double distance = 0;  // largest, of a node from rest [m]
+    int frame = 0;
+    int from = 0, to = 0;  // frames of targets; equal: there are none
+    double apart = 0;      // of these targets [m]
+  };
+
   reduced::MotionError error;
   double length = 0;     // of the body [m]
   double tolerance = 0;  // of shape_error: the scene's model.tolerance
@@ -35,6 +49,8 @@ struct MotionCheck {
   /// Of targets of positions: the farthest from rest [m], and its frame.
   double farthest_target = 0;
   int farthest_target_frame = 0;
+  Shaking shaking;
+  Throw thrown;
   /// The result says itself which constraints are out of reach.
   bool is_reach_reported = false;
   /// Exact constraints depend on or contradict each other, and are missed.
@@ -50,6 +66,8 @@ inline constexpr double kMinVisibleMiss = 1e-3;
 /// A velocity is missed visibly where it is off by what makes that distance in so many frames: the
 /// largest velocity of a swing of the default period, 40 frames, that just can be seen.
 inline constexpr double kVisibleFrames = 6.4;
+/// Of a motion that does not shake: largest zigzag [body lengths] and high_frequency_share.
+inline constexpr double kMaxZigzag = 0.02, kMaxHighFrequencyShare = 1e-4;
 
 /// What is wrong with the motion and what to do. Empty where
 /// - its error and that of its worst frame are within the tolerance,
@@ -57,7 +75,9 @@ inline constexpr double kVisibleFrames = 6.4;
 /// - the full shapes miss no constraint by more than half a body length, constraint_tolerance, or
 ///   1.5 times what the shown ones miss (and kMinVisibleMiss more), and no exact constraint by more
 ///   than kMinVisibleMiss; of velocities the same, without constraint_tolerance,
-/// - a fitted motion makes no larger step from frame to frame than the one it began with.
+/// - a fitted motion makes no larger step from frame to frame than the one it began with,
+/// - it does not shake (kMaxZigzag, kMaxHighFrequencyShare), and exact targets do not throw the
+///   body.
 [[nodiscard]] std::string describe_motion(const MotionCheck& check);
 
 /// Says that a model misses its tolerance, and what to do; empty where it does not.

@@ -127,6 +127,26 @@ spacetime::MaterialVariables map_variables(scene::MaterialVariables variables) {
   return spacetime::MaterialVariables::kMotion;
 }
 
+namespace {
+
+/// Makes E_f the same at every frame rate: at equal seconds it is proportional to frames per
+/// second^-3 in frames. Of bodies faster than by default it is the same in swings: static forces
+/// would grow with the fourth power of the frequency, and soft targets would not be met. A
+/// hundredth, because published forces are about as much cheaper, in spikes of a frame: so soft
+/// targets are met about as well (limber-bench calm, `missed`).
+double force_scale(const scene::Dynamics& dynamics, double lowest_eigenvalue) {
+  constexpr double kShare = 0.01, kLeast = 1e-12, kMost = 1e12;
+  const scene::Dynamics usual;
+  const double period = dynamics.period_frames > 0
+                            ? dynamics.period_frames / dynamics.frames_per_second
+                            : 2 * std::numbers::pi / std::sqrt(lowest_eigenvalue);  // [s]
+  const double swings = std::min(1.0, period * usual.frames_per_second / usual.period_frames);
+  const double ratio = dynamics.frames_per_second / usual.frames_per_second * swings;
+  return std::clamp(kShare * ratio * ratio * ratio, kLeast, kMost);
+}
+
+}  // namespace
+
 spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
                                      const Eigen::VectorXd& eigenvalues, int rigid_count,
                                      int mechanism_count) {
@@ -134,10 +154,10 @@ spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
   LIMBER_DEMAND(rigid_count >= 0 && rigid_count < count);
   const Eigen::Index elastic = count - rigid_count;
   spacetime::ModeDynamics mapped{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
+  const double lowest =
+      eigenvalues[reduced::reference_mode(static_cast<int>(count), rigid_count, mechanism_count)];
   if (dynamics.period_frames > 0) {
     const double turn = 2 * std::numbers::pi / dynamics.period_frames;  // [1/frame]
-    const double lowest =
-        eigenvalues[reduced::reference_mode(static_cast<int>(count), rigid_count, mechanism_count)];
     mapped.stiffness.tail(elastic) = eigenvalues.tail(elastic) / lowest * (turn * turn);
   } else {
     const double fps = dynamics.frames_per_second;
@@ -147,6 +167,14 @@ spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
   constexpr double kStiffest = 1e12;
   mapped.stiffness = mapped.stiffness.cwiseMin(kStiffest);
   mapped.damping = 2 * dynamics.damping_ratio * mapped.stiffness.cwiseSqrt();
+  mapped.smoothing = dynamics.force_smoothing * dynamics.frames_per_second;
+  if (dynamics.discretisation == scene::Discretisation::kSampled) {
+    mapped.discretisation = spacetime::Discretisation::kSampled;
+    const double slowest = mapped.stiffness[reduced::reference_mode(static_cast<int>(count),
+                                                                    rigid_count, mechanism_count)];
+    mapped.damping = 2 * dynamics.damping_ratio / std::sqrt(slowest) * mapped.stiffness;
+    mapped.scale = force_scale(dynamics, lowest);
+  }
   return mapped;
 }
 

@@ -36,6 +36,11 @@ struct MappedBody {
 /// lambda_k = (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2),
 /// eigenvalue_1 the lowest elastic one that is not a mechanism's; with L = 0, lambda_k =
 /// eigenvalue_k / fps^2. Damping d_k = 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
+///
+/// Sampled modes: d_k = 2 zeta lambda_k / sqrt(lambda_1), as of a viscous material. With one zeta
+/// for all, stiff modes follow their forces at once, and an exact target is a corner of the motion:
+/// forces that change smoothly have one there. Damped so, they lag behind and it is none. E_f is
+/// scaled so that it does not depend on the frame rate.
 /// @param eigenvalues  [1/s^2], the `rigid_count` zeros first, then those of `mechanism_count`
 ///   mechanisms
 [[nodiscard]] spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,

@@ -11,6 +11,7 @@
 #include "engine/session/bodies/material_outcome.h"
 #include "engine/session/bodies/reach.h"
 #include "engine/session/bodies/weight_scale.h"
+#include "engine/spacetime/motion_spectrum.h"
 
 namespace limber::session {
 namespace {
@@ -180,8 +181,10 @@ void BodySession::Impl::begin_in(const scene::StartMotion& start) {
   const Eigen::Index modes = initial.mixing.cols();
   if (start.mixing.rows() == initial.mixing.rows() && start.mixing.cols() == modes &&
       start.stiffness.size() == modes && start.damping.size() == modes) {
-    problem_->set_material(std::make_shared<const spacetime::Material>(
-        spacetime::Material{{start.stiffness, start.damping}, start.mixing}));
+    spacetime::Material material{initial.dynamics, start.mixing};
+    material.dynamics.stiffness = start.stiffness;
+    material.dynamics.damping = start.damping;
+    problem_->set_material(std::make_shared<const spacetime::Material>(std::move(material)));
   }
   solver.set_weight_scale(start.weight_scale);
   solver.warm_start(motion, spacetime::Known::kGuess);
@@ -320,7 +323,9 @@ std::shared_ptr<BodyResult> BodySession::Impl::result_of_motion(
   result->mode_changes = mode_changes();
   if (is_final) {
     result->is_exact = is_exact_;
-    result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
+    // B is orthonormal: the power of coordinates is that of the shown nodes.
+    result->high_frequency_share =
+        spacetime::high_frequency_share(result->coordinates.cast<double>());
     result->check = Check::kPending;
     note_reach(*result);
     add_sentence(result->report.message, read([this] { return built_->accuracy; }));

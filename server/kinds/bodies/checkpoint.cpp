@@ -101,6 +101,11 @@ scene::Keyframe decode(const proto::StoredKeyframe& message, const std::vector<P
   return read;
 }
 
+/// Older builds had published differences alone, and did not say so.
+scene::Dynamics decode_stored(const proto::Dynamics& dynamics) {
+  return decode_dynamics(dynamics).resolved(scene::Discretisation::kDifferences);
+}
+
 session::Change decode(const proto::StoredBodyChange& message, const std::vector<Pose>& poses) {
   switch (message.change_case()) {
     case proto::StoredBodyChange::kConstraint:
@@ -117,7 +122,7 @@ session::Change decode(const proto::StoredBodyChange& message, const std::vector
       return session::EndsChange{decode_end(message.ends().first_end()),
                                  decode_end(message.ends().last_end())};
     case proto::StoredBodyChange::kDynamics:
-      return session::DynamicsChange{decode_dynamics(message.dynamics())};
+      return session::DynamicsChange{decode_stored(message.dynamics())};
     case proto::StoredBodyChange::kFit:
       return session::MaterialChange{decode_variables(message.fit().variables()),
                                      message.fit().epoch()};
@@ -194,7 +199,7 @@ session::Document::Checkpoint decode_body_checkpoint(const proto::StoredBody& me
   const proto::Scene& scene = message.scene();
   read.first_end = decode_end(scene.first_end());
   read.last_end = decode_end(scene.last_end());
-  read.dynamics = decode_dynamics(scene.dynamics());
+  read.dynamics = decode_stored(scene.dynamics());
   read.material = {decode_variables(scene.material_optimisation().variables()), message.epoch()};
   read.last_epoch = message.last_epoch();
   for (const auto& constraint : scene.constraints())

@@ -126,6 +126,16 @@ class BodyKind final : public Kind {
     return scene_issues(scene, prefix, scene_limits(context.limits),
                         scene_readers(context.resolve, mesh_read_limits(context.limits)));
   }
+  [[nodiscard]] proto::Scene defaults_of(const proto::Scene& scene) const override {
+    proto::Scene defaults;
+    *defaults.mutable_dynamics() = encode_dynamics(
+        decode_dynamics(scene.dynamics()).resolved(scene::Discretisation::kSampled));
+    return defaults;
+  }
+  void add_older_defaults(proto::Scene& scene) const override {
+    if (scene.dynamics().discretisation() == proto::TIME_DISCRETISATION_UNSPECIFIED)
+      scene.mutable_dynamics()->set_discretisation(proto::TIME_DISCRETISATION_DIFFERENCES);
+  }
   void begin_in(proto::Scene& scene, const proto::Scene& start) const override {
     *scene.mutable_start() = start.start();
   }

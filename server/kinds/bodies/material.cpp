@@ -1,5 +1,6 @@
 #include "server/kinds/bodies/material.h"
 
+#include "engine/spacetime/force_rows.h"
 #include "server/wire/arrays.h"
 #include "server/wire/errors.h"
 
@@ -9,13 +10,18 @@ void encode_modes(const spacetime::ModeDynamics& dynamics, double frames_per_sec
                   google::protobuf::RepeatedPtrField<proto::ModeDynamics>& modes) {
   for (Eigen::Index k = 0; k < dynamics.stiffness.size(); ++k) {
     const double stiffness = dynamics.stiffness[k], damping = dynamics.damping[k];
-    const auto response = spacetime::mode_response(stiffness, damping, frames_per_second);
+    const auto response =
+        spacetime::mode_response(stiffness, damping, frames_per_second, dynamics.discretisation);
     auto& mode = *modes.Add();
     mode.set_frequency_hz(response.frequency_hz);
     mode.set_damping_ratio(response.damping_ratio);
     mode.set_decay_per_s(response.decay_per_s);
     mode.set_stiffness(stiffness);
     mode.set_damping(damping);
+    const spacetime::ForceStencil force = spacetime::force_stencil(dynamics, k);
+    mode.set_force_before(force.before);
+    mode.set_force_centre(force.centre);
+    mode.set_force_next(force.next);
   }
 }
 
@@ -26,6 +32,8 @@ proto::GetMaterialResponse encode_fitted_material(const session::BodyResult& res
   encode_modes(result.material->dynamics, frames_per_second, *response.mutable_modes());
   encode_modes(result.initial_material->dynamics, frames_per_second, *response.mutable_initial());
   *response.mutable_mixing() = encode_matrix(result.material->mixing);
+  response.set_force_scale(result.material->dynamics.scale);
+  response.set_smoothing_frames(result.material->dynamics.smoothing);
   return response;
 }
 

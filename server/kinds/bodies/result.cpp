@@ -64,6 +64,9 @@ proto::MotionError encode_motion_error(const session::MotionCheck& check, double
   message.set_tolerance(check.tolerance);
   message.set_within_tolerance(check.within_tolerance());
   message.set_check_ms(check.check_ms);
+  message.set_zigzag(check.shaking.zigzag / length_unit);
+  message.set_zigzag_share(check.shaking.zigzag / check.length);
+  message.set_zigzag_frame(static_cast<std::uint32_t>(check.shaking.frame));
   return message;
 }
 

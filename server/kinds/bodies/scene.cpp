@@ -59,6 +59,10 @@ constexpr EnumTable<scene::Cubature, proto::Cubature, proto::Cubature_MAX> kCuba
     {scene::Cubature::kFittedMaps, proto::CUBATURE_FITTED_MAPS},
     {scene::Cubature::kWeights, proto::CUBATURE_WEIGHTS}};
 
+constexpr EnumTable<scene::Discretisation, proto::TimeDiscretisation, proto::TimeDiscretisation_MAX>
+    kDiscretisations{{scene::Discretisation::kDifferences, proto::TIME_DISCRETISATION_DIFFERENCES},
+                     {scene::Discretisation::kSampled, proto::TIME_DISCRETISATION_SAMPLED}};
+
 constexpr EnumTable<scene::End, proto::EndCondition, proto::EndCondition_MAX> kEndConditions{
     {scene::End::kPinnedPositionVelocity, proto::END_CONDITION_PINNED_POSITION_VELOCITY},
     {scene::End::kPinnedPosition, proto::END_CONDITION_PINNED_POSITION},
@@ -318,11 +322,14 @@ proto::MaterialVariables encode_variables(scene::MaterialVariables variables) {
   return kMaterialVariables.encode(variables);
 }
 
-scene::Dynamics decode_dynamics(const proto::Dynamics& message) {
-  scene::Dynamics dynamics;
+scene::DynamicsRequest decode_dynamics(const proto::Dynamics& message) {
+  scene::DynamicsRequest dynamics;
   if (message.has_frames_per_second()) dynamics.frames_per_second = message.frames_per_second();
   if (message.has_period_frames()) dynamics.period_frames = message.period_frames();
   if (message.has_damping_ratio()) dynamics.damping_ratio = message.damping_ratio();
+  if (message.has_force_smoothing()) dynamics.force_smoothing = message.force_smoothing();
+  if (message.discretisation() != proto::TIME_DISCRETISATION_UNSPECIFIED)
+    dynamics.discretisation = kDiscretisations.decode(message.discretisation());
   return dynamics;
 }
 
@@ -331,6 +338,8 @@ proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
   message.set_frames_per_second(dynamics.frames_per_second);
   message.set_period_frames(dynamics.period_frames);
   message.set_damping_ratio(dynamics.damping_ratio);
+  message.set_force_smoothing(dynamics.force_smoothing);
+  message.set_discretisation(kDiscretisations.encode(dynamics.discretisation));
   return message;
 }
 
@@ -392,7 +401,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
   faults.try_to([&] { scene.frame_count = decode_index(message.frames(), prefix + "frames"); });
   scene.first_end = decode_end(message.first_end());
   scene.last_end = decode_end(message.last_end());
-  scene.dynamics = decode_dynamics(message.dynamics());
+  scene.dynamics = decode_dynamics(message.dynamics()).resolved(scene::Discretisation::kSampled);
   scene.model = decode_model(message.model(), prefix + "model", faults);
   scene.material_optimisation.variables =
       decode_variables(message.material_optimisation().variables());

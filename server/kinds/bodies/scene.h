@@ -93,7 +93,7 @@ struct DecodedScene {
 [[nodiscard]] proto::EndCondition encode_end(scene::End end);
 [[nodiscard]] scene::MaterialVariables decode_variables(proto::MaterialVariables variables);
 [[nodiscard]] proto::MaterialVariables encode_variables(scene::MaterialVariables variables);
-[[nodiscard]] scene::Dynamics decode_dynamics(const proto::Dynamics& message);
+[[nodiscard]] scene::DynamicsRequest decode_dynamics(const proto::Dynamics& message);
 [[nodiscard]] proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics);
 
 /// Whether the scene has no field of another kind.

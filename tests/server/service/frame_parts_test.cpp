@@ -111,7 +111,7 @@ TEST_F(ServerFrameParts, OfCoordinatesKeepTheirBasis) {
   wanted.set_basis_hash(first.frames().basis_hash());
   const auto basis = client.call(request).get_geometry();
   std::set<std::string> bases{first.frames().basis_hash()};
-  for (std::uint64_t revision = 1; bases.size() < 7 && revision < 100; ++revision) {
+  for (std::uint64_t revision = 1; bases.size() < 7 && revision < 400; ++revision) {
     const double large = 0.15 * static_cast<double>(revision);
     ASSERT_TRUE(client.call(move_request("s", 1, large, -large, large / 2)).has_edit());
     ASSERT_TRUE(client.call(wait_request("s", revision)).has_wait());

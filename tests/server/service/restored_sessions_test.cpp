@@ -136,6 +136,42 @@ TEST(ServerRestoredSessions, IdsThatAnEarlierServerTookComeBack) {
   EXPECT_TRUE(copied.has_restore_session()) << copied.error().message();
 }
 
+proto::Scene scene_of(Client& client, const std::string& session) {
+  proto::Request request;
+  request.mutable_get_session()->set_session(session);
+  request.mutable_get_session()->set_with_scene(true);
+  return client.call(request).get_session().scene();
+}
+
+TEST(ServerRestoredSessions, ThoseOfOlderServersKeepPublishedDifferences) {
+  const TemporaryFolder folder;
+  RunningServer server(storing_options(folder.path()));
+  Client client(server->request_endpoint());
+  EXPECT_TRUE(client.call(open_request(small_scene(), "new")).has_open_session());
+  EXPECT_TRUE(client.call(wait_request("new", 0)).has_wait());
+  proto::Request save;
+  save.mutable_save_session()->set_session("new");
+  proto::StoredSession stored;
+  EXPECT_TRUE(stored.ParseFromString(client.call(save).save_session().content()));
+  EXPECT_EQ(stored.scene().dynamics().discretisation(), proto::TIME_DISCRETISATION_SAMPLED);
+  EXPECT_GT(stored.scene().dynamics().force_smoothing(), 0);
+  // As older servers wrote it: an edit of the period alone behind it.
+  stored.clear_answer();
+  stored.clear_checksum();
+  stored.mutable_scene()->mutable_dynamics()->Clear();
+  stored.mutable_scene()->mutable_dynamics()->set_damping_ratio(0.1);
+  auto& edit = *stored.add_edits();
+  edit.set_revision(1);
+  edit.add_edits()->mutable_set_dynamics()->set_period_frames(30);
+  const auto restored = client.call(restore_request(stored.SerializeAsString(), "old"));
+  ASSERT_TRUE(restored.has_restore_session()) << restored.error().message();
+  const proto::Dynamics dynamics = scene_of(client, "old").dynamics();
+  EXPECT_EQ(dynamics.discretisation(), proto::TIME_DISCRETISATION_DIFFERENCES);
+  EXPECT_EQ(dynamics.period_frames(), 30);
+  EXPECT_EQ(dynamics.damping_ratio(), 0);
+  EXPECT_EQ(dynamics.force_smoothing(), 0);
+}
+
 TEST(ServerChosenIds, LargerThanDoublesCountAreRefusedByName) {
   RunningServer server;
   Client client(server->request_endpoint());

@@ -109,13 +109,38 @@ class DynamicsChange(PartialEdit):
         return made
 
 
+def liveliness(calm: float) -> "dict[str, float]":
+    """damping_ratio and force_smoothing [s] of one number, from 0 (lively) to 1 (calm); 0.8 has the defaults.
+
+    For dynamics(**liveliness(0.5)) and scene_from_mesh(path, **liveliness(0.5)). The page's control has the same numbers.
+    """
+    share = checks.real(calm, "calm") / 0.8
+    if not 0 <= calm <= 1:
+        raise invalid("calm", f"calm must be in [0, 1], is {calm}")
+    return {"damping_ratio": min(0.95, 0.05 * (0.7 / 0.05) ** share), "force_smoothing": 0.1 * (0.5 / 0.1) ** share}
+
+
+DISCRETISATIONS = {
+    "sampled": scene.TIME_DISCRETISATION_SAMPLED,
+    "differences": scene.TIME_DISCRETISATION_DIFFERENCES,
+}
+
+
 def dynamics(*, frames_per_second: float | None = None, period_frames: float | None = None,
-             damping_ratio: float | None = None) -> DynamicsChange:
-    """How fast the body moves; what is not given stays as it is."""
-    values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio}
+             damping_ratio: float | None = None, discretisation: str | None = None,
+             force_smoothing: float | None = None) -> DynamicsChange:
+    """How fast and how lively the body moves; what is not given stays as it is.
+
+    discretisation: "sampled" (free motion is exact at the frames) or "differences" (the published form);
+    force_smoothing [s]: about the time in which control forces change.
+    """
+    values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio,
+              "force_smoothing": force_smoothing}
     given = {name: checks.real(value, name) for name, value in values.items() if value is not None}
+    if discretisation is not None:
+        given["discretisation"] = DISCRETISATIONS[checks.one_of(discretisation, DISCRETISATIONS, "discretisation")]
     if not given:
-        raise invalid("dynamics", f"give at least one of {', '.join(values)}")
+        raise invalid("dynamics", f"give at least one of {', '.join(values)}, discretisation")
     return DynamicsChange(given)
 
 

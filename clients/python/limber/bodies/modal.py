@@ -26,8 +26,9 @@ class ModalMotion:
     stiffness: np.ndarray     # (r,) lambda [1/frame^2]
     damping: np.ndarray       # (r,) d [1/frame]
     frequencies: np.ndarray   # (r,) of the modes in frames [Hz], at most half the frames per second
-    # w, (frames - 2) x r, row i of frame i + 1: z[i] + (lambda - d - 2) z[i + 1] + (1 + d) z[i + 2], the equation of motion
-    # z'' + d z' + lambda z = w with the frame as the unit of time. What no frame says of the first and the last is not there.
+    # w, (frames - 2) x r, row i of frame i + 1: the equation of motion z'' + d z' + lambda z = w with the frame as the unit of
+    # time, in the scene's discretisation. Its published differences are z[i] + (lambda - d - 2) z[i + 1] + (1 + d) z[i + 2].
+    # What no frame says of the first and the last is not there.
     forces: np.ndarray
     mixing: np.ndarray        # S, candidates x r: column k is the mixture of candidates that mode k is
     candidates: np.ndarray    # nodes x 3 x candidates [length unit]: what coordinate 1 displaces at rest, to first order
@@ -35,6 +36,8 @@ class ModalMotion:
     candidate_frequencies: np.ndarray
     force_energy: float       # as the result of these frames tells it
     revision: int             # of that result
+    smoothing_frames: float = 0.0  # the scene's force_smoothing
+    force_scale: float = 1.0       # what energies of forces are multiplied by: they do not depend on the frame rate
 
     @property
     def modes(self) -> np.ndarray:
@@ -43,8 +46,14 @@ class ModalMotion:
 
     @property
     def energy(self) -> float:
-        """Half the sum of squared control forces: force_energy, computed here."""
-        return 0.5 * float((self.forces ** 2).sum())
+        """What the control forces cost: force_energy, computed here.
+
+        Half the sum of squared forces and of force_smoothing's share of their differences, forces outside being 0. Sampled modes
+        that are free at the first frame cost more: what it takes to get there from rest.
+        """
+        changes = np.diff(np.pad(self.forces, ((1, 1), (0, 0))), axis=0)
+        squares = (self.forces ** 2).sum() + self.smoothing_frames ** 2 * (changes ** 2).sum()
+        return 0.5 * self.force_scale * float(squares)
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,7 @@ class Modal:
     free: np.ndarray         # (3n,) bool: of nodes that are not fixed
     modes: np.ndarray        # W, 3n x r: W^T M W = 1 [1/sqrt(kg)], 0 at fixed nodes; elastic ones, the slowest first
     frequencies: np.ndarray  # (r,) [Hz]: K W = M W (2 pi f)^2
-    # (r,) of the session's own modes, before anything is fitted, as their stiffness says [Hz]. In frames they swing a little faster: at
+    # (r,) of the session's own modes, before anything is fitted, as their stiffness says [Hz]. Published differences swing a little faster: at
     # asin(pi f / frames per second) / pi * frames per second, which is what material() tells.
     reported: np.ndarray
     # How many times faster the session's modes are than the material: 1 where its dynamics have period_frames 0.
@@ -65,10 +74,9 @@ class Modal:
     motion: ModalMotion  # the newest motion in the session's own modal coordinates, with its control forces and the mixing S
 
 
-def control_forces(coordinates: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """(frames - 2) x r of frames x r, see ModalMotion.forces."""
-    before, at, behind = coordinates[:-2], coordinates[1:-1], coordinates[2:]
-    return before + (stiffness - damping - 2) * at + (1 + damping) * behind
+def control_forces(coordinates: np.ndarray, before: np.ndarray, centre: np.ndarray, following: np.ndarray) -> np.ndarray:
+    """(frames - 2) x r of frames x r, see ModalMotion.forces. The others: a coefficient a mode, of three frames in a row."""
+    return before * coordinates[:-2] + centre * coordinates[1:-1] + following * coordinates[2:]
 
 
 def motion_of(session: "Session") -> ModalMotion:
@@ -78,11 +86,13 @@ def motion_of(session: "Session") -> ModalMotion:
     if not answer.HasField("coordinates") or not answer.HasField("candidates"):
         raise LimberError("FAILED_PRECONDITION", "there is no motion yet", "session")
     coordinates = arrays.to_numpy(answer.coordinates, "coordinates")
-    stiffness, damping, frequencies = (np.array([getattr(mode, name) for mode in answer.modes])
-                                       for name in ("stiffness", "damping", "frequency_hz"))
-    return ModalMotion(coordinates, stiffness, damping, frequencies, control_forces(coordinates, stiffness, damping),
+    stiffness, damping, frequencies, *terms = (
+        np.array([getattr(mode, name) for mode in answer.modes])
+        for name in ("stiffness", "damping", "frequency_hz", "force_before", "force_centre", "force_next"))
+    return ModalMotion(coordinates, stiffness, damping, frequencies, control_forces(coordinates, *terms),
                        arrays.to_numpy(answer.mixing, "mixing"), arrays.to_numpy(answer.candidates, "candidates"),
-                       np.array(answer.candidate_frequencies_hz), answer.result.force_energy, answer.result.revision)
+                       np.array(answer.candidate_frequencies_hz), answer.result.force_energy, answer.result.revision,
+                       answer.smoothing_frames, answer.force_scale or 1.0)
 
 
 def of(session: "Session", modes: int | None) -> Modal:

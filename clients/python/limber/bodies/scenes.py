@@ -65,7 +65,7 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa],
     poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
     cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
-    damping_ratio, constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
+    damping_ratio, discretisation ("sampled", "differences"), force_smoothing [s], constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
     candidate_modes, column_weight, max_frequency_hz and slow_steps (bounds of fitted frequencies), base_motion
     (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame), keyframes
     (a list of limber.keyframe()), simulation (of limber.simulation()), surface (path of an .obj, .ply or .stl that the body
@@ -91,13 +91,15 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, optimise: str = "motion",
            simulation: "messages.Simulation | None" = None, surface: Any = None,
-           keyframes: "Iterable[messages.Keyframe]" = (),
+           keyframes: "Iterable[messages.Keyframe]" = (), discretisation: str | None = None,
            **values: float) -> "messages.Scene":
     scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
                            fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
     ends = edits.ends(first_end, last_end).set_ends
     scene.first_end, scene.last_end = ends.first_end, ends.last_end
     scene.material_optimisation.variables = edits.optimise(optimise).set_material.variables
+    if discretisation is not None:
+        scene.dynamics.discretisation = edits.dynamics(discretisation=discretisation).values["discretisation"]
     for key, value in values.items():
         for part in (scene, scene.material, scene.dynamics, scene.model, scene.material_optimisation):
             field = part.DESCRIPTOR.fields_by_name.get(key)

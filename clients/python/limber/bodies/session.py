@@ -200,10 +200,12 @@ class Session(OpenSession):
         return self.edit([edits.ends(first, last)])
 
     def dynamics(self, *, frames_per_second: float | None = None, period_frames: float | None = None,
-                 damping_ratio: float | None = None) -> Receipt:
-        """How fast the body moves; what is not given stays as it is."""
+                 damping_ratio: float | None = None, discretisation: str | None = None,
+                 force_smoothing: float | None = None) -> Receipt:
+        """How fast and how lively the body moves; what is not given stays as it is: limber.edits.dynamics()."""
         return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
-                                         damping_ratio=damping_ratio)])
+                                         damping_ratio=damping_ratio, discretisation=discretisation,
+                                         force_smoothing=force_smoothing)])
 
     def add_keyframe(self, *, frame: int, positions: Any, weight: float | None = None, exact: bool = False) -> Keyframe:
         """"In this frame, the body has this pose", as far as its modes can.

@@ -1,7 +1,8 @@
-import { EndCondition, MaterialVariables } from "../../gen/limber/v1/scene_pb";
+import { EndCondition, MaterialVariables, TimeDiscretisation } from "../../gen/limber/v1/scene_pb";
 import { button, choice, el, field, number } from "../controls/dom";
 import type { EditInit } from "../session/live";
 import type { Desk } from "../workspace";
+import { calmness, DEFAULT, type Liveliness, liveliness } from "./liveliness";
 
 const MODES: [MaterialVariables, string][] = [
   [MaterialVariables.MOTION, "forces alone, material as it is"],
@@ -13,7 +14,11 @@ const ENDS: [EndCondition, string][] = [
   [EndCondition.PINNED_POSITION, "held in position"],
   [EndCondition.PINNED_POSITION_VELOCITY, "held in position and velocity"],
 ];
-const DEFAULTS = { framesPerSecond: 30, periodFrames: 40, dampingRatio: 0 };
+const FORMS: [TimeDiscretisation, string][] = [
+  [TimeDiscretisation.SAMPLED, "exact at frames"],
+  [TimeDiscretisation.DIFFERENCES, "published differences"],
+];
+const DEFAULTS = { framesPerSecond: 30, periodFrames: 40, ...DEFAULT };
 
 /** Dynamics, ends, and what of the material is optimised. */
 export function materialPanel(desk: Desk): { element: HTMLElement; update(): void } {
@@ -47,10 +52,24 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
         entry(dynamics.periodFrames, (periodFrames) => setDynamics({ periodFrames })),
         "frames",
       ),
+      field("Lively to calm", calmControl(dynamics, setDynamics)),
       field(
         "Damping",
         entry(dynamics.dampingRatio, (dampingRatio) => setDynamics({ dampingRatio })),
         "of critical",
+      ),
+      field(
+        "Forces change in",
+        entry(dynamics.forceSmoothing, (forceSmoothing) => setDynamics({ forceSmoothing })),
+        "s",
+      ),
+      field(
+        "Free motion",
+        choice(
+          FORMS.map(([key, text]) => [String(key), text] as const),
+          String(dynamics.discretisation),
+          (value) => setDynamics({ discretisation: Number(value) }),
+        ),
       ),
       field(
         "First frame",
@@ -82,12 +101,28 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
   return { element, update };
 }
 
-function pick(
-  dynamics: { framesPerSecond?: number; periodFrames?: number; dampingRatio?: number } | undefined,
-): Partial<typeof DEFAULTS> {
+/** One control for how lively a motion is; the numbers behind it are beside it. */
+function calmControl(now: Liveliness, change: (to: Liveliness) => void): HTMLInputElement {
+  const made = el("input", {
+    type: "range",
+    min: "0",
+    max: "1",
+    step: "0.01",
+    value: String(calmness(now)),
+    title: "Left: swings on after a key. Right: comes to rest without a swing.",
+    "aria-label": "Lively to calm",
+  });
+  made.onchange = () => change(liveliness(made.valueAsNumber));
+  return made;
+}
+
+/** What the scene says. */
+function pick(dynamics: Partial<typeof DEFAULTS> | undefined): Partial<typeof DEFAULTS> {
   const made: Partial<typeof DEFAULTS> = {};
   if (dynamics?.framesPerSecond !== undefined) made.framesPerSecond = dynamics.framesPerSecond;
   if (dynamics?.periodFrames !== undefined) made.periodFrames = dynamics.periodFrames;
   if (dynamics?.dampingRatio !== undefined) made.dampingRatio = dynamics.dampingRatio;
+  if (dynamics?.forceSmoothing !== undefined) made.forceSmoothing = dynamics.forceSmoothing;
+  if (dynamics?.discretisation) made.discretisation = dynamics.discretisation;
   return made;
 }

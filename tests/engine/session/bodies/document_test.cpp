@@ -352,7 +352,7 @@ class NaiveModel {
       state_.first = ends->first;
       state_.last = ends->last;
     } else if (const auto* dynamics = std::get_if<SetDynamics>(&edit)) {
-      state_.dynamics = dynamics->dynamics;
+      state_.dynamics = dynamics->dynamics.resolved(state_.dynamics.discretisation);
     } else {
       return change_keyframe(edit);
     }

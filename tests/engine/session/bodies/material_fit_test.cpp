@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/engine/session/bodies/session_support.h"
+#include "tests/support/published.h"
 
 namespace limber::session {
 namespace {
@@ -101,7 +102,7 @@ TEST(SessionMaterial, OtherDynamicsStartTheMaterialAnew) {
   live.edit({SetMaterialVariables{MaterialVariables::kMotion}});
   scene::Dynamics dynamics = live.session.dynamics();
   dynamics.period_frames /= 2;
-  const auto result = live.edit({SetDynamics{dynamics}});
+  const auto result = live.edit({SetDynamics{testing::requested(dynamics)}});
   ASSERT_TRUE(result);
   EXPECT_TRUE(same(*result->material, *result->initial_material));
   EXPECT_NEAR(result->material->dynamics.stiffness[0],
@@ -115,7 +116,7 @@ TEST(SessionMaterial, AnotherFrameRateLeavesTheMaterialAlone) {
   live.edit({SetMaterialVariables{MaterialVariables::kMotion}});
   scene::Dynamics dynamics = live.session.dynamics();
   dynamics.frames_per_second *= 2;  // the period is in frames
-  const auto result = live.edit({SetDynamics{dynamics}});
+  const auto result = live.edit({SetDynamics{testing::requested(dynamics)}});
   ASSERT_TRUE(result);
   EXPECT_TRUE(same(*result->material, *fitted->material));
 }

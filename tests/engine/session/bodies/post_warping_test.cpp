@@ -8,6 +8,7 @@
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/solver.h"
 #include "tests/engine/reduced/sample_bodies.h"
+#include "tests/support/published.h"
 #include "tests/support/reconstruction.h"
 
 namespace limber::session {
@@ -26,9 +27,10 @@ EditedMotion edit(const std::shared_ptr<Reconstruction>& editor, const reduced::
                   int node, const Eigen::Vector3d& target) {
   spacetime::Timeline timeline;
   timeline.frame_count = 60;
-  spacetime::Solver solver(
-      editor, map_dynamics({}, modes.eigenvalues, modes.rigid_count, modes.mechanism_count),
-      timeline);
+  spacetime::Solver solver(editor,
+                           map_dynamics(testing::published_dynamics(), modes.eigenvalues,
+                                        modes.rigid_count, modes.mechanism_count),
+                           timeline);
   spacetime::PositionConstraint constraint;
   constraint.id = 1;
   constraint.frame = kEditedFrame;

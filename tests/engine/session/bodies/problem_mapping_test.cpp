@@ -84,10 +84,14 @@ TEST(ProblemMapping, LengthsInMillimetresAreThoseInMetresToTheBit) {
   EXPECT_EQ(metre.to_scene(0.1), 0.1);
 }
 
+scene::Dynamics published(double frames_per_second, double period, double damping) {
+  return {frames_per_second, period, damping, scene::Discretisation::kDifferences, 0};
+}
+
 TEST(ProblemMapping, DynamicsFromThePeriod) {
   Eigen::VectorXd eigenvalues(4);
   eigenvalues << 0, 100, 400, 2500;
-  const auto mapped = map_dynamics({30, 40, 0.1}, eigenvalues, 1);
+  const auto mapped = map_dynamics(published(30, 40, 0.1), eigenvalues, 1);
   const double lowest = std::pow(2 * std::numbers::pi / 40, 2);
   EXPECT_EQ(mapped.stiffness[0], 0);
   EXPECT_EQ(mapped.damping[0], 0);
@@ -101,22 +105,48 @@ TEST(ProblemMapping, DynamicsFromThePeriod) {
 TEST(ProblemMapping, DynamicsFromThePeriodOfABodyThatFolds) {
   Eigen::VectorXd eigenvalues(4);
   eigenvalues << 0, 0.01, 100, 400;
-  const auto mapped = map_dynamics({30, 40, 0.1}, eigenvalues, 1, 1);
+  const auto mapped = map_dynamics(published(30, 40, 0.1), eigenvalues, 1, 1);
   const double lowest = std::pow(2 * std::numbers::pi / 40, 2);
   EXPECT_EQ(mapped.stiffness[0], 0);
   EXPECT_NEAR(mapped.stiffness[1], 1e-4 * lowest, 1e-18);
   EXPECT_NEAR(mapped.stiffness[2], lowest, 1e-15);
   EXPECT_NEAR(mapped.stiffness[3], 4 * lowest, 1e-14);
-  const auto nothing_else = map_dynamics({30, 40, 0.1}, Eigen::Vector2d(0.01, 0.01), 0, 2);
+  const auto nothing_else = map_dynamics(published(30, 40, 0.1), Eigen::Vector2d(0.01, 0.01), 0, 2);
   EXPECT_NEAR(nothing_else.stiffness[0], lowest, 1e-15);
 }
 
 TEST(ProblemMapping, DynamicsFromTheMaterials) {
   const Eigen::Vector2d eigenvalues(90, 360);
-  const auto mapped = map_dynamics({30, 0, 0.5}, eigenvalues, 0);
+  const auto mapped = map_dynamics(published(30, 0, 0.5), eigenvalues, 0);
   EXPECT_NEAR(mapped.stiffness[0], 0.1, 1e-15);
   EXPECT_NEAR(mapped.stiffness[1], 0.4, 1e-15);
   EXPECT_NEAR(mapped.damping[1], std::sqrt(0.4), 1e-15);
+}
+
+TEST(ProblemMapping, SampledModesAreDampedInProportionToTheirFrequency) {
+  const Eigen::Vector3d eigenvalues(0, 90, 360);
+  const auto mapped =
+      map_dynamics({30, 40, 0.2, scene::Discretisation::kSampled, 0.5}, eigenvalues, 1);
+  EXPECT_EQ(mapped.discretisation, spacetime::Discretisation::kSampled);
+  EXPECT_EQ(mapped.damping[0], 0);
+  EXPECT_NEAR(mapped.damping[1] / (2 * std::sqrt(mapped.stiffness[1])), 0.2, 1e-15);
+  EXPECT_NEAR(mapped.damping[2] / (2 * std::sqrt(mapped.stiffness[2])), 0.4, 1e-15);
+  EXPECT_EQ(mapped.smoothing, 15);
+}
+
+// Of a motion in seconds, whatever its frames: an acceleration for a second.
+TEST(ProblemMapping, WhatForcesCostDoesNotDependOnTheFrameRate) {
+  const Eigen::VectorXd eigenvalues = Eigen::VectorXd::Constant(1, 90);
+  for (const double period : {0.0, 0.5, 2.0}) {  // [s]
+    std::vector<double> costs;
+    for (const double rate : {12.0, 24.0, 48.0}) {
+      const auto mapped = map_dynamics(
+          {rate, period * rate, 0.2, scene::Discretisation::kSampled, 0}, eigenvalues, 0);
+      costs.push_back(mapped.scale * rate * std::pow(rate, -4));
+    }
+    EXPECT_NEAR(costs[1], costs[0], 1e-12 * costs[0]) << period;
+    EXPECT_NEAR(costs[2], costs[0], 1e-12 * costs[0]) << period;
+  }
 }
 
 TEST(ProblemMapping, ModelRequest) {

@@ -6,6 +6,7 @@
 #include "engine/scene/samples/samples.h"
 #include "engine/session/bodies/start_search.h"
 #include "tests/engine/session/bodies/session_support.h"
+#include "tests/support/published.h"
 
 namespace limber::session {
 namespace {
@@ -19,12 +20,19 @@ using test::Live;
 constexpr int kPulledNode = 961, kPulledFrame = 60;
 const Eigen::Vector3d kPull = {0, 0, 0.1};
 
+/// In the published form, which has more optima.
+scene::Scene bird() {
+  scene::Scene scene = scene::make_sample("bird");
+  scene.dynamics = testing::published_dynamics(scene.dynamics.period_frames);
+  return scene;
+}
+
 double distance(const BodyResult& a, const BodyResult& b) {
   return (a.coordinates - b.coordinates).norm() / b.coordinates.norm();
 }
 
 TEST(SessionMinima, UndoAndRedoBringBackTheMotionThatWasThere) {
-  Live live(scene::make_sample("bird"));
+  Live live(bird());
   const auto first = live.recorder->wait_final(0);
   ASSERT_TRUE(first);
   ASSERT_EQ(first->report.status, SolveStatus::kConverged);
@@ -46,7 +54,7 @@ TEST(SessionMinima, UndoAndRedoBringBackTheMotionThatWasThere) {
 }
 
 TEST(SessionMinima, AColdSolveThatEndsHigherReplacesNothing) {
-  Live live(scene::make_sample("bird"));
+  Live live(bird());
   const auto first = live.recorder->wait_final(0);
   ASSERT_TRUE(first);
   const auto added = live.edit({AddConstraint{held(kPulledFrame, kPulledNode, kPull)}});
@@ -74,7 +82,7 @@ std::shared_ptr<const BodyResult> wait_compared(Live& live, Revision revision) {
 }
 
 TEST(SessionMinima, FurtherStartsFindTheLowerOptimumWithoutEdits) {
-  Live alone(scene::make_sample("bird"));
+  Live alone(bird());
   const auto first = alone.recorder->wait_final(0);
   ASSERT_TRUE(first);
   EXPECT_FALSE(first->starts);
@@ -83,7 +91,7 @@ TEST(SessionMinima, FurtherStartsFindTheLowerOptimumWithoutEdits) {
   options.start_search->least_reach = 0;
   std::vector<double> energies;
   for (int run = 0; run < 2; ++run) {
-    Live live(scene::make_sample("bird"), options);
+    Live live(bird(), options);
     const auto compared = wait_compared(live, 0);
     ASSERT_TRUE(compared);
     EXPECT_EQ(compared->report.status, SolveStatus::kConverged);
@@ -119,13 +127,13 @@ TEST(SessionMinima, StartsThatAgreeAreCountedAndChangeNothing) {
 TEST(SessionMinima, AnAnswerThatDidNotConvergeIsComparedToo) {
   SessionOptions options;
   options.solver.max_iterations = 4;
-  Live alone(scene::make_sample("bird"), options);
+  Live alone(bird(), options);
   const auto first = alone.recorder->wait_final(0);
   ASSERT_TRUE(first);
   ASSERT_EQ(first->report.status, SolveStatus::kIterationLimit);
   options.start_search = StartSearchOptions{};
   options.start_search->least_reach = 0;
-  Live live(scene::make_sample("bird"), options);
+  Live live(bird(), options);
   const auto compared = wait_compared(live, 0);
   ASSERT_TRUE(compared);
   EXPECT_GT(compared->starts->compared, 3);

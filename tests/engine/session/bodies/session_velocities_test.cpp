@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/engine/session/bodies/session_support.h"
+#include "tests/support/published.h"
 
 namespace limber::session {
 namespace {
@@ -115,7 +116,7 @@ TEST(SessionVelocities, StayVelocitiesASecondWhenTheFrameRateChanges) {
   const scene::Dynamics now = live.session.scene().dynamics;
   scene::Dynamics faster = now;
   faster.frames_per_second = 60;
-  auto result = live.edit({SetDynamics{faster}});
+  auto result = live.edit({SetDynamics{testing::requested(faster)}});
   ASSERT_TRUE(result);
   EXPECT_EQ(result->frames_per_second, 60);
   EXPECT_LT((shown_velocity(live, *result, 14, 16, 60) - target).norm(), 2 * kSinglePrecision);
@@ -125,7 +126,7 @@ TEST(SessionVelocities, StayVelocitiesASecondWhenTheFrameRateChanges) {
   EXPECT_NE(result->report.total_energy, opened->report.total_energy);
   // A move and another rate in one request.
   faster.frames_per_second = 20;
-  result = live.edit({MoveConstraint{3, further}, SetDynamics{faster}});
+  result = live.edit({MoveConstraint{3, further}, SetDynamics{testing::requested(faster)}});
   EXPECT_LT((shown_velocity(live, *result, 14, 16, 20) - further).norm(), kSinglePrecision);
   result = live.edit({Undo{}, Undo{}});
   EXPECT_LT((shown_velocity(live, *result, 14, 16, 30) - target).norm(), kSinglePrecision);

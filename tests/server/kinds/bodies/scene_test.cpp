@@ -98,6 +98,8 @@ proto::Scene full_scene() {
   scene.mutable_dynamics()->set_frames_per_second(24);
   scene.mutable_dynamics()->set_period_frames(0);
   scene.mutable_dynamics()->set_damping_ratio(0.1);
+  scene.mutable_dynamics()->set_discretisation(proto::TIME_DISCRETISATION_DIFFERENCES);
+  scene.mutable_dynamics()->set_force_smoothing(0.2);
   scene.mutable_model()->set_tolerance(0.02);
   scene.mutable_model()->set_cubature(proto::CUBATURE_WEIGHTS);
   scene.mutable_model()->set_candidate_modes(40);
@@ -147,11 +149,22 @@ TEST(SceneCodec, AbsentFieldsGetTheDocumentedDefaults) {
   EXPECT_EQ(scene.last_end, scene::End::kPinnedPositionVelocity);
   EXPECT_EQ(scene.dynamics.frames_per_second, 30);
   EXPECT_EQ(scene.dynamics.period_frames, 40);
-  EXPECT_EQ(scene.dynamics.damping_ratio, 0);
+  EXPECT_EQ(scene.dynamics.discretisation, scene::Discretisation::kSampled);
+  EXPECT_EQ(scene.dynamics.damping_ratio, scene::Dynamics::kCalmDamping);
+  EXPECT_EQ(scene.dynamics.force_smoothing, scene::Dynamics::kCalmSmoothing);
   EXPECT_EQ(scene.model.mode_count, 30);
   EXPECT_EQ(scene.model.tolerance, 0.01);
   EXPECT_EQ(scene.model.cubature, scene::Cubature::kFittedMaps);
   EXPECT_FALSE(scene.merge_tolerance.has_value());
+}
+
+TEST(SceneCodec, PublishedDifferencesAreNeitherDampedNorSmoothedByDefault) {
+  proto::Scene message = small_scene();
+  message.mutable_dynamics()->set_discretisation(proto::TIME_DISCRETISATION_DIFFERENCES);
+  const scene::Scene scene = decode_without_files(message).scene;
+  EXPECT_EQ(scene.dynamics.discretisation, scene::Discretisation::kDifferences);
+  EXPECT_EQ(scene.dynamics.damping_ratio, 0);
+  EXPECT_EQ(scene.dynamics.force_smoothing, 0);
 }
 
 TEST(SceneCodec, ZeroGivenIsNotZeroAbsent) {
