@@ -154,6 +154,7 @@ class CalmSuite {
     if (!is_selected(body.name)) return;
     if (options_.quick && body.mesh.tet_count() > kMostQuickTets)
       return recorder_.note("calm: " + body.name + " left out by --quick");
+    recorder_.note(fmt::format("calm: {}, {} tets", body.name, body.mesh.tet_count()));
     for (const bool is_exact : {false, true})
       for (const Keys keys : {Keys::kOne, Keys::kTwoEqual, Keys::kThree, Keys::kFive})
         run_task(body, {keys, is_exact});

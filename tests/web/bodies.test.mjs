@@ -231,7 +231,7 @@ test("a painted group is held by its mean, a pose becomes a keyframe, a material
   assert.deepEqual(constraint.nodes, group);
   const positions = await serverPositions(page, FRAME);
   const mean = [0, 1, 2].map((axis) => group.reduce((sum, node) => sum + positions[3 * node + axis], 0) / group.length);
-  assert.ok(distance(mean, constraint.target) < 0.02, `${mean} is not near ${constraint.target}`);
+  assert.ok(distance(mean, constraint.target) < 0.04, `${mean} is not near ${constraint.target}`);
 
   await keepPicture(page, "flower");
 
@@ -245,9 +245,13 @@ test("a painted group is held by its mean, a pose becomes a keyframe, a material
   assert.ok(farthest < 0.05, `the pose of frame 300 is ${farthest} from the keyframe`);
 
   await openPanels(page, "Dynamics");
+  await page.getByLabel("Lively to calm").fill("0.3");
+  await until(page, () => window.limber.opened.session.scene.dynamics.dampingRatio < 0.2);
+  await settle(page, 3);
+  assert.ok((await page.getByLabel("Forces change in").inputValue()) < 0.3);
   await page.getByLabel("Optimise").selectOption({ label: "frequencies and damping too" });
   await until(page, () => window.limber.opened.session.result.materialIterations > 0);
-  await settle(page, 3);
+  await settle(page, 4);
   assert.deepEqual(page.faults, []);
 });
 

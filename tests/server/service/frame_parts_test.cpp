@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <string>
@@ -112,8 +113,11 @@ TEST_F(ServerFrameParts, OfCoordinatesKeepTheirBasis) {
   const auto basis = client.call(request).get_geometry();
   std::set<std::string> bases{first.frames().basis_hash()};
   for (std::uint64_t revision = 1; bases.size() < 7 && revision < 400; ++revision) {
-    const double large = 0.15 * static_cast<double>(revision);
-    ASSERT_TRUE(client.call(move_request("s", 1, large, -large, large / 2)).has_edit());
+    const double turn = static_cast<double>(revision), large = 0.15 * turn;
+    ASSERT_TRUE(client
+                    .call(move_request("s", 1, large * std::cos(turn), large * std::sin(turn),
+                                       large * std::sin(3 * turn)))
+                    .has_edit());
     ASSERT_TRUE(client.call(wait_request("s", revision)).has_wait());
     bases.insert(
         frames(0, 0, 0, 0, proto::ENCODING_COORDINATES).get_frames().frames().basis_hash());

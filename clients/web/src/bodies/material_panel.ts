@@ -26,10 +26,17 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
   const send = (edit: EditInit): void => {
     desk.send([edit]);
   };
+  /** The control that has the focus while the numbers behind it follow. */
+  let calm: HTMLInputElement | undefined;
+  let behind: [HTMLInputElement, "dampingRatio" | "forceSmoothing"][] = [];
   const update = (): void => {
     const { scene, result } = desk.session;
-    if (!scene || content.contains(document.activeElement)) return;
+    if (!scene) return;
     const dynamics = { ...DEFAULTS, ...pick(scene.dynamics) };
+    if (content.contains(document.activeElement)) {
+      if (document.activeElement === calm) for (const [entry, name] of behind) entry.value = number(dynamics[name], 3);
+      return;
+    }
     const setDynamics = (change: Partial<typeof DEFAULTS>): void =>
       send({ edit: { case: "setDynamics", value: { ...dynamics, ...change } } });
     const entry = (value: number, change: (value: number) => void): HTMLInputElement => {
@@ -46,23 +53,22 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
     const last = scene.lastEnd || EndCondition.PINNED_POSITION_VELOCITY;
     const variables = scene.materialOptimisation?.variables || MaterialVariables.MOTION;
     const modes = MODES.map(([key, text]) => [String(key), text] as const);
+    calm = calmControl(dynamics, setDynamics);
+    const damping = entry(dynamics.dampingRatio, (dampingRatio) => setDynamics({ dampingRatio }));
+    const smoothing = entry(dynamics.forceSmoothing, (forceSmoothing) => setDynamics({ forceSmoothing }));
+    behind = [
+      [damping, "dampingRatio"],
+      [smoothing, "forceSmoothing"],
+    ];
     content.replaceChildren(
       field(
         "Swing of the lowest mode",
         entry(dynamics.periodFrames, (periodFrames) => setDynamics({ periodFrames })),
         "frames",
       ),
-      field("Lively to calm", calmControl(dynamics, setDynamics)),
-      field(
-        "Damping",
-        entry(dynamics.dampingRatio, (dampingRatio) => setDynamics({ dampingRatio })),
-        "of critical",
-      ),
-      field(
-        "Forces change in",
-        entry(dynamics.forceSmoothing, (forceSmoothing) => setDynamics({ forceSmoothing })),
-        "s",
-      ),
+      field("Lively to calm", calm),
+      field("Damping", damping, "of critical"),
+      field("Forces change in", smoothing, "s"),
       field(
         "Free motion",
         choice(

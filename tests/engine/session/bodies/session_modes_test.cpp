@@ -177,7 +177,7 @@ TEST(SessionModes, FramesOfTheSwapAreThoseOfItsOptimum) {
   const Eigen::MatrixXd after = live.session.positions(*results.back(), 0, 30);
   const Eigen::MatrixXd rest = before.col(0).replicate(1, 30);
   EXPECT_GT(live.session.mode_choice().modes, 30);
-  EXPECT_LT((after - before).norm(), 0.1 * (before - rest).norm());
+  EXPECT_LT((after - before).norm(), 0.2 * (before - rest).norm());
 }
 
 TEST(SessionModes, ModelsAreSwappedDuringADrag) {
