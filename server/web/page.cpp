@@ -43,6 +43,10 @@ void Page::receive(std::string message) {
 
 bool Page::is_full() const {
   const std::lock_guard lock(mutex_);
+  return has_much_under_way();
+}
+
+bool Page::has_much_under_way() const {
   return messages_under_way_ >= kMessagesUnderWay || bytes_under_way_ >= kBytesUnderWay;
 }
 
@@ -51,10 +55,12 @@ std::optional<Closing> Page::closing() const {
   return closing_;
 }
 
+/// Under one lock: what fills the page between a look and the change would never be read on.
 void Page::taken(std::size_t bytes) {
-  const bool was_full = is_full();
+  bool was_full = false;
   {
     const std::lock_guard lock(mutex_);
+    was_full = has_much_under_way();
     --messages_under_way_;
     bytes_under_way_ -= bytes;
   }

@@ -59,6 +59,7 @@ class Page : public LocalPeer, public std::enable_shared_from_this<Page> {
   virtual void hand_over(std::uint64_t number, std::string message) = 0;
   virtual void clear() = 0;  // with the lock
   void close(Closing closing);
+  [[nodiscard]] bool has_much_under_way() const;                          // with the lock
   [[nodiscard]] bool has_ended() const { return has_left_ || closing_; }  // with the lock
   void wake();
   [[nodiscard]] Transport& transport() const { return transport_; }

@@ -36,7 +36,7 @@ def test_edit_motion(example):
     _, out = example("edit_motion")
     first, second = (positions(out / f"{name}_00075.vtu") for name in ("first", "second"))
     moved = np.linalg.norm(second - first, axis=1)
-    assert 0.01 < moved[0] < 0.1, "node 0 is led aside"
+    assert 0.01 < moved[0] < 0.15, "node 0 is led aside"
     np.testing.assert_allclose(positions(out / "second_00000.vtu"), positions(out / "first_00000.vtu"), atol=1e-3)
 
 
