@@ -37,7 +37,7 @@ class MotionError:
     check_ms: float              # that it took, on the server
     max_velocity_error: float = 0.0  # of the full reconstruction [length unit / s]
     # Largest distance of a shown node from the mean of its places one frame before and one after [length unit], its share of
-    # the body's length, and the frame: above 0.02 the message says that the motion shakes.
+    # the body's length, and the frame: above 0.02 the message says that the motion is abrupt.
     zigzag: float = 0.0
     zigzag_share: float = 0.0
     zigzag_frame: int = 0

@@ -188,8 +188,9 @@ void ConstraintRules::check_damping(const scene::Dynamics& dynamics) {
 }
 
 void ConstraintRules::check_smoothing(const scene::Dynamics& dynamics) {
-  demand_range("force_smoothing", dynamics.force_smoothing, 0, 1e6 / dynamics.frames_per_second,
-               "in [0, 1e6 frames]");
+  const double most = 1e6 / dynamics.frames_per_second;
+  demand_range("force_smoothing", dynamics.force_smoothing, 0, most,
+               fmt::format("in [0, {:g}] s (1e6 frames)", most).c_str());
 }
 
 }  // namespace limber::session

@@ -215,11 +215,11 @@ std::string describe_shaking(const MotionCheck& check) {
         fmt::format("{:.2g} of its power is above half the Nyquist frequency (limit {:g})",
                     check.shaking.high_frequency_share, kMaxHighFrequencyShare));
   }
+  const bool alternates = check.shaking.high_frequency_share > kMaxHighFrequencyShare;
   return fmt::format(
-      "The motion shakes: {}. Set targets nearer, leave more frames between those that differ, "
-      "make "
+      "The motion {}: {}. Set targets nearer, leave more frames between those that differ, make "
       "the motion calmer (dynamics.damping_ratio, dynamics.force_smoothing), or use soft weights.",
-      fmt::join(found, "; "));
+      alternates ? "shakes" : "is abrupt", fmt::join(found, "; "));
 }
 
 /// Far beyond all targets, to get from one exact one to the next.

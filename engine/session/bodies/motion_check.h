@@ -66,7 +66,8 @@ inline constexpr double kMinVisibleMiss = 1e-3;
 /// A velocity is missed visibly where it is off by what makes that distance in so many frames: the
 /// largest velocity of a swing of the default period, 40 frames, that just can be seen.
 inline constexpr double kVisibleFrames = 6.4;
-/// Of a motion that does not shake: largest zigzag [body lengths] and high_frequency_share.
+/// Of a motion that is neither abrupt nor shakes: largest zigzag [body lengths] and
+/// high_frequency_share.
 inline constexpr double kMaxZigzag = 0.02, kMaxHighFrequencyShare = 1e-4;
 
 /// What is wrong with the motion and what to do. Empty where
