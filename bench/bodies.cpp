@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "bench/public_body.h"
 #include "bench/suite.h"
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
@@ -73,6 +74,20 @@ std::optional<NamedBody> load_body(const std::string& name, const SuiteOptions& 
   const auto samples = scene::sample_names();
   if (std::find(samples.begin(), samples.end(), name) == samples.end()) return std::nullopt;
   return body_of_scene(scene::make_sample(name));
+}
+
+std::optional<scene::Scene> public_body(const testing::BodyFile& file, const std::string& suite,
+                                        int most_quick_tets, const SuiteOptions& options,
+                                        Recorder& recorder) {
+  const auto folder = std::filesystem::path(options.shared_folder) / "data" / "bodies";
+  std::optional<scene::Scene> body = testing::read_body(file, folder);
+  if (!body) {
+    recorder.note(suite + ": " + file.name + " left out, the public data is not there");
+  } else if (options.quick && body->mesh.tet_count() > most_quick_tets) {
+    recorder.note(suite + ": " + file.name + " left out by --quick");
+    body.reset();
+  }
+  return body;
 }
 
 }  // namespace limber::bench

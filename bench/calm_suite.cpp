@@ -14,6 +14,7 @@
 
 #include <map>
 
+#include "bench/public_body.h"
 #include "bench/suite.h"
 #include "engine/base/error.h"
 #include "engine/base/random.h"
@@ -336,10 +337,8 @@ void calm_suite(const SuiteOptions& options, Recorder& recorder) {
     if (body) suite.run(*body);
   for (const testing::BodyFile& file : testing::public_bodies()) {
     if (!is_selected(file.name)) continue;
-    if (const auto body = read_body(file, data / "bodies"))
+    if (const auto body = public_body(file, "calm", kMostQuickTets, options, recorder))
       suite.run(*body);
-    else
-      recorder.note("calm: " + file.name + " left out, the public data is not there");
   }
 }
 

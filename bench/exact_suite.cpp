@@ -13,6 +13,7 @@
 
 #include "bench/exact_scenes.h"
 #include "bench/judge/full_space_judge.h"
+#include "bench/public_body.h"
 #include "bench/suite.h"
 #include "engine/reduced/full_kinematics.h"
 #include "engine/reduced/motion_error.h"
@@ -104,12 +105,8 @@ class ExactSuite {
   }
 
   void run_public(const testing::BodyFile& file) {
-    const auto folder = std::filesystem::path(options_.shared_folder) / "data" / "bodies";
-    const std::optional<scene::Scene> body = testing::read_body(file, folder);
-    if (!body) return recorder_.note("exact: " + file.name + " left out, no public data");
-    if (options_.quick && body->mesh.tets.cols() > kQuickTets)
-      return recorder_.note("exact: " + file.name + " left out by --quick");
-    run(file.name, testing::with_task(*body, testing::BodyTask::kConstraints, cache_));
+    if (const auto body = public_body(file, "exact", kQuickTets, options_, recorder_))
+      run(file.name, testing::with_task(*body, testing::BodyTask::kConstraints, cache_));
   }
 
  private:

@@ -9,6 +9,7 @@
 
 #include <ctime>
 
+#include "bench/public_body.h"
 #include "bench/suite.h"
 #include "engine/base/error.h"
 #include "engine/scene/samples/samples.h"
@@ -96,14 +97,11 @@ void material_bodies_suite(const SuiteOptions& options, Recorder& recorder) {
     suite.run(name, "sample, free ends", [&] { return with_free_ends; });
     suite.run_tasks(sample);
   }
-  const auto folder = std::filesystem::path(options.shared_folder) / "data" / "bodies";
   for (const testing::BodyFile& file : testing::public_bodies()) {
     if (!is_selected(file.name)) continue;
-    if (const auto body = read_body(file, folder)) {
+    if (const auto body =
+            public_body(file, "material_bodies", kMostTetsOfQuickBodies, options, recorder))
       suite.run_tasks(*body);
-    } else {
-      recorder.note("material_bodies: " + file.name + " left out, the public data is not there");
-    }
   }
 }
 

@@ -19,6 +19,7 @@
 #include <atomic>
 
 #include "bench/exact_scenes.h"
+#include "bench/public_body.h"
 #include "bench/suite.h"
 #include "engine/session/bodies/session.h"
 #include "tests/support/material_bodies.h"
@@ -114,12 +115,8 @@ class ModesSuite {
   }
 
   void run_public(const testing::BodyFile& file) {
-    const auto folder = std::filesystem::path(options_.shared_folder) / "data" / "bodies";
-    const std::optional<scene::Scene> body = testing::read_body(file, folder);
-    if (!body) return recorder_.note("modes: " + file.name + " left out, no public data");
-    if (options_.quick && body->mesh.tets.cols() > kMostTetsOfQuickModes)
-      return recorder_.note("modes: " + file.name + " left out by --quick");
-    run(file.name, testing::with_task(*body, testing::BodyTask::kConstraints, cache_));
+    if (const auto body = public_body(file, "modes", kMostTetsOfQuickModes, options_, recorder_))
+      run(file.name, testing::with_task(*body, testing::BodyTask::kConstraints, cache_));
   }
 
  private:
