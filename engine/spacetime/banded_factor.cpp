@@ -40,6 +40,11 @@ void add_squares(const double* v, const double* zs, double* sums, Eigen::Index l
   }
 }
 
+Eigen::ArrayXd product_over_seam(const BandedRow& row, Eigen::Index width, const Lanes& z) {
+  return row.values.leftCols(width).cwiseProduct(z.middleCols(row.start, width)).rowwise().sum() +
+         row.behind.cwiseProduct(z.rightCols(row.behind.cols())).rowwise().sum();
+}
+
 }  // namespace
 
 void apply_normal(const std::vector<BandedRow>& rows, const Lanes& z, Lanes& product) {
@@ -47,6 +52,13 @@ void apply_normal(const std::vector<BandedRow>& rows, const Lanes& z, Lanes& pro
   product.setZero(lanes, z.cols());
   for (const BandedRow& row : rows) {
     const auto width = std::min(row.values.cols(), z.cols() - row.start);
+    if (row.behind.size() > 0) {
+      const Eigen::ArrayXd value = product_over_seam(row, width, z);
+      product.middleCols(row.start, width) +=
+          (row.values.leftCols(width).array().colwise() * value).matrix();
+      product.rightCols(row.behind.cols()) += (row.behind.array().colwise() * value).matrix();
+      continue;
+    }
     const double* zs = z.col(row.start).data();
     const double* v = row.values.data();
     double* __restrict out = product.col(row.start).data();
@@ -69,6 +81,10 @@ double half_square(const std::vector<BandedRow>& rows, const Lanes& z) {
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(lanes);
   for (const BandedRow& row : rows) {
     const auto width = std::min(row.values.cols(), z.cols() - row.start);
+    if (row.behind.size() > 0) {
+      sums.array() += product_over_seam(row, width, z).square();
+      continue;
+    }
     const double* zs = z.col(row.start).data();
     const double* v = row.values.data();
     if (width == 4) {
@@ -86,20 +102,38 @@ double half_square(const std::vector<BandedRow>& rows, const Lanes& z) {
   return 0.5 * sums.sum();
 }
 
+void BandedFactor::spread(const BandedRow& row, Lanes& numbers) const {
+  numbers.setZero();
+  numbers.leftCols(width_) = row.values;
+  if (border_ == 0) return;
+  const int inner = columns_ - border_;
+  if (row.start < inner) {
+    for (int c = inner - row.start; c < std::min(width_, columns_ - row.start); ++c) {
+      numbers.col(width_ + row.start + c - inner) = row.values.col(c);
+      numbers.col(c).setZero();
+    }
+    if (row.behind.size() > 0) numbers.rightCols(border_) += row.behind;
+  } else if (row.behind.size() > 0) {
+    numbers.leftCols(border_) += row.behind;  // there are no other columns
+  }
+}
+
 void BandedFactor::factor(const std::vector<BandedRow>& rows, int width, int columns, int lanes,
-                          double shift) {
+                          double shift, Shape shape) {
   LIMBER_DEMAND(width == 4 || width == 6);
   width_ = width;
+  border_ = shape == Shape::kCycle ? std::min(width / 2, columns) : 0;
+  LIMBER_DEMAND(border_ == 0 || border_ == width / 2);
   columns_ = columns;
   lanes_ = lanes;
   r_.assign(place(columns), 0.0);
   occupied_.assign(static_cast<std::size_t>(columns), 0);
-  Lanes scratch(lanes, width);
+  Lanes scratch(lanes, width_ + border_);
   const double root = std::sqrt(shift);
   std::size_t next = 0;
   for (int column = 0; column < columns; ++column) {
     for (; next < rows.size() && rows[next].start <= column; ++next) {
-      scratch = rows[next].values;
+      spread(rows[next], scratch);
       insert(rows[next].start, scratch.data());
     }
     scratch.setZero();
@@ -113,17 +147,23 @@ void BandedFactor::factor(const std::vector<BandedRow>& rows, int width, int col
 }
 
 void BandedFactor::insert(int start, double* row) {
-  if (width_ == 4) return insert_row<4>(start, row);
-  insert_row<6>(start, row);
+  if (border_ == 0)
+    return width_ == 4 ? insert_row<4, 0>(start, row) : insert_row<6, 0>(start, row);
+  return width_ == 4 ? insert_row<4, 2>(start, row) : insert_row<6, 3>(start, row);
 }
 
-template <int kWidth>
+template <int kWidth, int kBorder>
 void BandedFactor::insert_row(int start, double* row) {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int column = start; column < columns_; ++column) {
     double* r = r_.data() + place(column);
+    if (kBorder > 0 && column == columns_ - kBorder && column > start) {
+      // The band has ended: what is left of the row begins here.
+      std::copy_n(row + kWidth * lanes, kBorder * lanes, row);
+      std::fill_n(row + kBorder * lanes, kWidth * lanes, 0.0);
+    }
     if (!occupied_[static_cast<std::size_t>(column)]) {
-      std::copy(row, row + kWidth * lanes, r);
+      std::copy(row, row + (kWidth + kBorder) * lanes, r);
       occupied_[static_cast<std::size_t>(column)] = 1;
       return;
     }
@@ -138,11 +178,17 @@ void BandedFactor::insert_row(int start, double* row) {
         store_lanes(turn.cosine * b - turn.sine * a, of_row - lanes);
       });
       store_lanes(LanePacket::Zero(), row + (kWidth - 1) * lanes + k);
+      unrolled<kBorder>([&](auto c) {
+        double *of_r = r + (kWidth + c) * lanes + k, *of_row = row + (kWidth + c) * lanes + k;
+        const LanePacket a = load_lanes(of_r), b = load_lanes(of_row);
+        store_lanes(turn.cosine * a + turn.sine * b, of_r);
+        store_lanes(turn.cosine * b - turn.sine * a, of_row);
+      });
     }
   }
 }
 
-template <int kWidth>
+template <int kWidth, int kBorder>
 void BandedFactor::forward(Lanes& x, int from) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = from; j < columns_; ++j) {
@@ -154,10 +200,15 @@ void BandedFactor::forward(Lanes& x, int from) const {
       double* __restrict xi = x.col(j + i).data();
       for (std::size_t k = 0; k < lanes; ++k) xi[k] -= ri[k] * xj[k];
     }
+    for (int b = 0; b < kBorder && j < columns_ - kBorder; ++b) {
+      const double* rb = rj + static_cast<std::size_t>(kWidth + b) * lanes;
+      double* __restrict xb = x.col(columns_ - kBorder + b).data();
+      for (std::size_t k = 0; k < lanes; ++k) xb[k] -= rb[k] * xj[k];
+    }
   }
 }
 
-template <int kWidth>
+template <int kWidth, int kBorder>
 void BandedFactor::backward(Lanes& x) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = columns_ - 1; j >= 0; --j) {
@@ -168,18 +219,23 @@ void BandedFactor::backward(Lanes& x) const {
       const double* xi = x.col(j + i).data();
       for (std::size_t k = 0; k < lanes; ++k) xj[k] -= ri[k] * xi[k];
     }
+    for (int b = 0; b < kBorder && j < columns_ - kBorder; ++b) {
+      const double* rb = rj + static_cast<std::size_t>(kWidth + b) * lanes;
+      const double* xb = x.col(columns_ - kBorder + b).data();
+      for (std::size_t k = 0; k < lanes; ++k) xj[k] -= rb[k] * xb[k];
+    }
     for (std::size_t k = 0; k < lanes; ++k) xj[k] *= rj[k];
   }
 }
 
 void BandedFactor::forward_substitute(Lanes& x, int from) const {
-  if (width_ == 4) return forward<4>(x, from);
-  forward<6>(x, from);
+  if (border_ == 0) return width_ == 4 ? forward<4, 0>(x, from) : forward<6, 0>(x, from);
+  return width_ == 4 ? forward<4, 2>(x, from) : forward<6, 3>(x, from);
 }
 
 void BandedFactor::back_substitute(Lanes& x) const {
-  if (width_ == 4) return backward<4>(x);
-  backward<6>(x);
+  if (border_ == 0) return width_ == 4 ? backward<4, 0>(x) : backward<6, 0>(x);
+  return width_ == 4 ? backward<4, 2>(x) : backward<6, 3>(x);
 }
 
 void BandedFactor::solve(Lanes& x) const {

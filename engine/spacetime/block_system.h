@@ -22,7 +22,8 @@ namespace limber::spacetime {
 ///
 /// and factored by block tridiagonal Cholesky, H = F F^T: time linear in the number of knots, cubic
 /// in r. Where a row of constraints ties two knots together (a velocity), the block between these
-/// is dense as well.
+/// is dense as well. In a cycle the last group couples to all others: an arrow of blocks below
+/// them.
 class BlockSystem {
  public:
   /// Adds the block of a knot to the r x r matrix given.
@@ -47,7 +48,11 @@ class BlockSystem {
   void group_frames(const ModeSystems& systems, const std::vector<Tie>& ties);
   void assemble(const ModeSystems& systems, const AddBlock& add_block,
                 const std::vector<Tie>& ties);
+  /// Rows of the last group in a group before the one before it; empty but in cycles.
+  [[nodiscard]] bool has_arrow(std::size_t group) const { return arrow_[group].size() > 0; }
   [[nodiscard]] int group_count() const { return static_cast<int>(first_.size()) - 1; }
+  template <class Block>
+  void add_over_seam(const BandedRow& row, int width, int count, const Block& block);
   /// Where a frame's modes begin in its group.
   [[nodiscard]] Eigen::Index place(int frame) const;
 
@@ -56,6 +61,7 @@ class BlockSystem {
   std::vector<int> group_of_;  // per kept frame
   std::vector<Eigen::MatrixXd> diagonal_;  // per group: H, then its Cholesky factor (lower)
   std::vector<Eigen::MatrixXd> below_;     // per group: rows of the next group, the same
+  std::vector<Eigen::MatrixXd> arrow_;     // of a cycle: rows of the last group, beyond the next
   mutable Eigen::VectorXd x_;
 };
 

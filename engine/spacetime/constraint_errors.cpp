@@ -22,8 +22,8 @@ std::vector<ConstraintRows::Miss> ConstraintRows::misses(const Eigen::VectorXd& 
     Miss& miss = misses.back();
     miss.distance = std::hypot(miss.distance, fixed_.residual[row]);
     miss.exact = std::isinf(fixed_.weight[row]);
-    miss.velocity = pinned_[static_cast<std::size_t>(owner)].is_velocity();
-    miss.id = pinned_[static_cast<std::size_t>(owner)].id;
+    miss.velocity = pinned_[static_cast<std::size_t>(owner)].constraint.is_velocity();
+    miss.id = pinned_[static_cast<std::size_t>(owner)].constraint.id;
   }
   return misses;
 }

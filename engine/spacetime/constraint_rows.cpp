@@ -41,7 +41,7 @@ struct ConstraintRows::Gathered {
   }
 };
 
-void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, int last_free) {
+void ConstraintRows::rebuild(const ConstraintSet& constraints, const FreeFrames& frames) {
   Gathered rows;
   for (const Member& member : members_) {
     const auto kind = member.velocity ? Gathered::Kind::kVelocity : Gathered::Kind::kPosition;
@@ -59,26 +59,25 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
       ++row;
     }
   }
-  const auto is_free = [&](int frame) { return frame >= first_free && frame <= last_free; };
   std::map<int, std::vector<Reading>> positions;  // by frame, there by id
   std::map<int, std::vector<const KeyframeConstraint*>> keyframes;
   members_.clear();
   pinned_.clear();
   knots_.clear();
   for (const auto& [id, constraint] : constraints.positions) {
-    const auto read = readings(constraint);
-    const bool moves =
-        kinematics_->moves(constraint.site) &&
-        std::any_of(read.begin(), read.end(), [&](const auto& at) { return is_free(at.first); });
+    auto read = readings(constraint, frames);
+    const bool moves = kinematics_->moves(constraint.site) &&
+                       std::any_of(read.begin(), read.end(),
+                                   [&](const auto& at) { return frames.contains(at.first); });
     if (!moves) {
-      pinned_.push_back(constraint);
+      pinned_.push_back({constraint, std::move(read)});
       continue;
     }
     rows.members[id] = static_cast<int>(members_.size());
     members_.push_back(
         {id, -1, -1, constraint.axes, Eigen::Vector3d::Zero(), constraint.is_velocity()});
     for (const auto& [frame, factor] : read) {
-      if (is_free(frame)) {
+      if (frames.contains(frame)) {
         positions[frame].push_back({&constraint, factor});
         knots_.push_back(frame);
       } else {
@@ -87,7 +86,7 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
     }
   }
   for (const auto& [id, keyframe] : constraints.keyframes) {
-    if (!is_free(keyframe.frame)) continue;
+    if (!frames.contains(keyframe.frame)) continue;
     keyframes[keyframe.frame].push_back(&keyframe);
     knots_.push_back(keyframe.frame);
   }
@@ -133,10 +132,12 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
   rebuild_fixed();
 }
 
-std::vector<std::pair<int, double>> ConstraintRows::readings(const PositionConstraint& constraint) {
+std::vector<std::pair<int, double>> ConstraintRows::readings(const PositionConstraint& constraint,
+                                                             const FreeFrames& frames) {
   if (!constraint.since) return {{constraint.frame, 1.0}};
-  const double factor = 1.0 / (constraint.frame - *constraint.since);
-  return {{*constraint.since, -factor}, {constraint.frame, factor}};
+  int span = constraint.frame - *constraint.since;
+  if (span < 0) span += frames.frame_count();  // over the seam of a cycle
+  return {{*constraint.since, -1.0 / span}, {constraint.frame, 1.0 / span}};
 }
 
 void ConstraintRows::add_positions(const std::vector<Reading>& readings, Gathered& rows) {
@@ -209,9 +210,9 @@ void ConstraintRows::rebuild_fixed() {
   std::vector<double> residual, weight;
   fixed_.owner.clear();
   for (std::size_t i = 0; i < pinned_.size(); ++i) {
-    const PositionConstraint& constraint = pinned_[i];
+    const auto& [constraint, read] = pinned_[i];
     Eigen::Vector3d missed = constraint.target / length_;
-    for (const auto& [frame, factor] : readings(constraint))
+    for (const auto& [frame, factor] : read)
       missed -= factor * held_displacement(frame, constraint.site);
     for (int axis = 0; axis < 3; ++axis) {
       if ((constraint.axes >> axis & 1U) == 0) continue;
@@ -226,9 +227,9 @@ void ConstraintRows::rebuild_fixed() {
 }
 
 void ConstraintRows::set_target(const PositionConstraint& constraint) {
-  for (PositionConstraint& pinned : pinned_) {
-    if (pinned.id != constraint.id) continue;
-    pinned.target = constraint.target;
+  for (Pinned& pinned : pinned_) {
+    if (pinned.constraint.id != constraint.id) continue;
+    pinned.constraint.target = constraint.target;
     rebuild_fixed();
     return;
   }

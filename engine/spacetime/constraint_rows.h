@@ -10,6 +10,7 @@
 #include "engine/spacetime/constraint_errors.h"
 #include "engine/spacetime/lanes.h"
 #include "engine/spacetime/problem.h"
+#include "engine/spacetime/run_elimination.h"
 
 namespace limber::spacetime {
 
@@ -55,7 +56,7 @@ class ConstraintRows {
 
   /// Knots: the distinct free frames of the constraints, sorted. Multipliers of surviving exact
   /// rows are kept.
-  void rebuild(const ConstraintSet& constraints, int first_free, int last_free);
+  void rebuild(const ConstraintSet& constraints, const FreeFrames& frames);
   /// Only the target of one constraint changed.
   void set_target(const PositionConstraint& constraint);
   void forget_multipliers();
@@ -171,7 +172,7 @@ class ConstraintRows {
     double factor;
   };
   [[nodiscard]] static std::vector<std::pair<int, double>> readings(
-      const PositionConstraint& constraint);
+      const PositionConstraint& constraint, const FreeFrames& frames);
   void add_positions(const std::vector<Reading>& readings, Gathered& rows);
   void add_keyframes(const std::vector<const KeyframeConstraint*>& keyframes, Gathered& rows);
   void set_coordinates(const Lanes& z) const;
@@ -200,7 +201,12 @@ class ConstraintRows {
   Eigen::VectorXd target_, gamma_, weight_, multiplier_, rest_;  // rest_: u at z = 0
   int exact_count_ = 0;
   Fixed fixed_;
-  std::vector<PositionConstraint> pinned_;
+  /// A constraint that nothing moves, and what it reads.
+  struct Pinned {
+    PositionConstraint constraint;
+    std::vector<std::pair<int, double>> readings;
+  };
+  std::vector<Pinned> pinned_;
   mutable Eigen::MatrixXd coordinates_, jacobian_;  // R x knots, 3q x R
   mutable Eigen::Matrix3Xd u_, pull_;
 };

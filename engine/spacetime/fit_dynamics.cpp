@@ -31,14 +31,15 @@ struct Signals {
   Eigen::RowVectorXd position, velocity, acceleration;
 };
 
-std::optional<Signals> signals_of(const Eigen::Ref<const Eigen::RowVectorXd>& z) {
-  if (!z.allFinite()) {
+/// @param all  z; of a cycle between its last frame and its first one
+std::optional<Signals> signals_of(const Eigen::RowVectorXd& all) {
+  if (!all.allFinite()) {
     throw Error(ErrorCode::kInvalidArgument, "z", "a motion has numbers that are not finite");
   }
-  const Eigen::Index rows = z.size() - 2;
-  const double size = z.size() > 0 ? z.cwiseAbs().maxCoeff() : 0;
+  const Eigen::Index rows = all.size() - 2;
+  const double size = all.size() > 0 ? all.cwiseAbs().maxCoeff() : 0;
   if (rows < 1 || size == 0) return std::nullopt;
-  const Eigen::RowVectorXd unit = z / size;
+  const Eigen::RowVectorXd unit = all / size;
   Signals signals;
   signals.position = unit.segment(1, rows);
   signals.velocity = unit.tail(rows) - signals.position;
@@ -87,11 +88,19 @@ ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z, double max_stiff
 }
 
 ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z, const FitOptions& options) {
-  std::optional<Signals> signals = signals_of(z);
+  const bool is_cyclic = options.beginning == Beginning::kCyclic && z.size() > 0;
+  Eigen::RowVectorXd all(z.size() + (is_cyclic ? 2 : 0));
+  if (is_cyclic) {
+    all << z.tail<1>(), z, z.head<1>();
+  } else {
+    all = z;
+  }
+  std::optional<Signals> signals = signals_of(all);
   if (!signals) return {};
   if (options.smoothing > 0) {
+    const auto smoothed = is_cyclic ? smoothed_cycle : smoothed_forces;
     for (auto* signal : {&signals->position, &signals->velocity, &signals->acceleration})
-      *signal = smoothed_forces(*signal, options.smoothing);
+      *signal = smoothed(*signal, options.smoothing);
   }
   if (options.discretisation == Discretisation::kDifferences)
     return fit_differences(*signals, options.max_stiffness);

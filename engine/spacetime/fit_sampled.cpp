@@ -34,7 +34,7 @@ class SampledForce {
   SampledForce(const Eigen::MatrixX3d& signals, const Eigen::Vector2d& first,
                const FitOptions& options)
       : first_(first), smoothing_(options.smoothing) {
-    if (options.beginning == Beginning::kAnyhow) first_.setZero();
+    if (options.beginning != Beginning::kFromRest) first_.setZero();
     const Eigen::HouseholderQR<Eigen::MatrixX3d> qr(signals);
     const Eigen::Index rows = std::min<Eigen::Index>(3, signals.rows());
     signals_.setZero();

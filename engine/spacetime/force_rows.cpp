@@ -81,6 +81,12 @@ Eigen::RowVectorXd smoothed_forces(const Eigen::RowVectorXd& forces, double tau)
   return rows;
 }
 
+Eigen::RowVectorXd smoothed_cycle(const Eigen::RowVectorXd& forces, double tau) {
+  Eigen::RowVectorXd rows = smoothed_forces(forces, tau);
+  rows[0] += rows[forces.size()];
+  return rows.head(forces.size());
+}
+
 BeginningCost beginning_cost(double stiffness, double damping, double tau) {
   const ForceStencil stencil = sampled_stencil(stiffness, damping);
   const double gain = stencil.next, kept = stencil.before / gain, sum = -stencil.centre / gain;
@@ -95,11 +101,18 @@ BeginningCost beginning_cost(double stiffness, double damping, double tau) {
 }
 
 ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count, Beginning beginning)
-    : begins_from_rest_(dynamics.discretisation == Discretisation::kSampled &&
-                        beginning == Beginning::kFromRest),
-      reach_(dynamics.smoothing > 0 ? 3 : 2),
-      first_(begins_from_rest_ ? -reach_ : 2 - reach_),
-      last_(frame_count - 3) {
+    : beginning_of_motion_(beginning == Beginning::kFromRest &&
+                                   dynamics.discretisation == Discretisation::kDifferences
+                               ? Beginning::kAnyhow
+                               : beginning),
+      reach_(dynamics.smoothing > 0 ? 3 : 2) {
+  if (is_cyclic()) {
+    first_ = 0;
+    last_ = frame_count - 1;
+  } else {
+    first_ = begins_from_rest() ? -reach_ : 2 - reach_;
+    last_ = frame_count - 3;
+  }
   const Eigen::Index modes = dynamics.stiffness.size();
   const int lanes = padded_lanes(static_cast<int>(modes));
   rest_ = Eigen::VectorXd::Zero(lanes);
@@ -109,7 +122,7 @@ ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count, Beginning be
   for (Eigen::Index k = 0; k < lanes; ++k) {
     const ForceStencil of_mode = k < modes ? force_stencil(dynamics, k) : ForceStencil{1, -1, 1};
     stencil_.row(k) << root * of_mode.before, root * of_mode.centre, root * of_mode.next;
-    if (!begins_from_rest_ || k >= modes) continue;
+    if (!begins_from_rest() || k >= modes) continue;
     const BeginningCost cost =
         beginning_cost(dynamics.stiffness[k], dynamics.damping[k], dynamics.smoothing);
     beginning_.row(k) << root * cost.place, root * cost.lag, root * cost.speed;
@@ -126,6 +139,7 @@ ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count, Beginning be
 }
 
 const double* ForceRows::coefficient(int row, int term) const {
+  if (is_cyclic()) return inner_.col(term).data();
   if (!contains(row)) return rest_.data();
   if (row < 2 - reach_) return beginning(row, term);
   if (reach_ == 2) return inner_.col(term).data();

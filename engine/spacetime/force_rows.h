@@ -50,6 +50,8 @@ struct ForceSmoothing {
 /// B f of the forces f of one mode: its rows are one more than forces, which are zero before the
 /// first and after the last. @param tau  > 0
 [[nodiscard]] Eigen::RowVectorXd smoothed_forces(const Eigen::RowVectorXd& forces, double tau);
+/// The same of a cycle, in which the first force follows the last: as many rows as forces.
+[[nodiscard]] Eigen::RowVectorXd smoothed_cycle(const Eigen::RowVectorXd& forces, double tau);
 
 /// What the first two frames of a sampled mode cost: the least force that brings it from rest, long
 /// before, to where and how fast it is there: 1/2 (place z_0)^2 + 1/2 (lag z_0 + speed z_1)^2.
@@ -64,9 +66,16 @@ struct BeginningCost {
 };
 [[nodiscard]] BeginningCost beginning_cost(double stiffness, double damping, double tau);
 
-/// Whether sampled modes begin as what was at rest long before (BeginningCost), or anyhow: parts of
-/// a motion that go on from what is known.
-enum class Beginning { kFromRest, kAnyhow };
+/// What is before the first frame.
+enum class Beginning {
+  kFromRest,  // sampled modes were at rest long before (BeginningCost)
+  kAnyhow,    // anything: parts of a motion that go on from a known state
+  kCyclic,    // the last frame
+};
+
+[[nodiscard]] inline Beginning beginning_of(const Timeline& timeline) {
+  return timeline.is_cyclic() ? Beginning::kCyclic : Beginning::kFromRest;
+}
 
 /// The rows of E_f = 1/2 sum |row z|^2, sqrt(c) in each, alike for all frames but at the ends. A
 /// row is named by the first of its frames: row i is coefficient(i, t) z_(i+t), t = 0 .. reach().
@@ -75,7 +84,8 @@ enum class Beginning { kFromRest, kAnyhow };
 /// f_(i+1) + following f_(i+2), i = -1 .. N - 3: forces rise from zero at the first frame and
 /// return to zero at the last, as those of a body that rests or swings freely outside. Left out at
 /// an end, these rows would let a force stand there that costs nothing. Sampled modes have two rows
-/// more that begin before the time line, of BeginningCost.
+/// more that begin before the time line, of BeginningCost. In a cycle rows 0 .. N - 1 are alike,
+/// and frame N is frame 0.
 class ForceRows {
  public:
   /// @param frame_count  N >= 3
@@ -87,19 +97,25 @@ class ForceRows {
   [[nodiscard]] int reach() const { return reach_; }
   [[nodiscard]] int first() const { return first_; }
   [[nodiscard]] int last() const { return last_; }
-  [[nodiscard]] bool contains(int row) const { return row >= first() && row <= last_; }
+  /// In a cycle every row is there again after N frames.
+  [[nodiscard]] bool contains(int row) const {
+    return is_cyclic() || (row >= first() && row <= last_);
+  }
+  [[nodiscard]] bool is_cyclic() const { return beginning_of_motion_ == Beginning::kCyclic; }
   /// One number per lane; zeros for rows that do not exist. Those of frames outside the time line
   /// are zero. Spare lanes have a harmless mode.
   [[nodiscard]] const double* coefficient(int row, int term) const;
   [[nodiscard]] FreeGrowth growth(int lane) const;
   /// Whether damping limits what a motion begins with.
-  [[nodiscard]] bool begins_from_rest() const { return begins_from_rest_; }
+  [[nodiscard]] bool begins_from_rest() const {
+    return beginning_of_motion_ == Beginning::kFromRest;
+  }
 
  private:
   [[nodiscard]] const double* beginning(int row, int term) const;
 
-  bool begins_from_rest_;
-  int reach_, first_, last_;
+  Beginning beginning_of_motion_;
+  int reach_, first_ = 0, last_ = 0;
   Lanes stencil_;                    // lanes x 3
   Lanes opening_, inner_, closing_;  // lanes x (reach + 1): of row -1, of most rows, of the last
   Lanes beginning_;                  // lanes x 3: place, lag, speed

@@ -37,7 +37,8 @@ void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const Constrain
   all.insert(all.end(), systems.rows().begin(), systems.rows().end());
   std::stable_sort(all.begin(), all.end(),
                    [](const BandedRow& a, const BandedRow& b) { return a.start < b.start; });
-  band_.factor(all, systems.width(), systems.kept_count(), systems.lanes(), ModeSystems::kProximal);
+  band_.factor(all, systems.width(), systems.kept_count(), systems.lanes(), ModeSystems::kProximal,
+               systems.shape());
   std::vector<int> frames;
   for (const TermBlock& block : rows.position_blocks())
     frames.push_back(systems.kept_of_knot(block.knot));

@@ -12,15 +12,17 @@ namespace {
 
 /// Of each mode. Frame by frame: a row of a long motion would fetch all of it from memory.
 Eigen::ArrayXd mode_force_energies(const ModeDynamics& dynamics,
-                                   const Eigen::Ref<const Eigen::MatrixXd>& z) {
+                                   const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                   Beginning beginning) {
   Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(z.rows());
   if (z.cols() < 3) return sums;
-  const ForceRows rows(dynamics, static_cast<int>(z.cols()));
+  const ForceRows rows(dynamics, static_cast<int>(z.cols()), beginning);
   Eigen::ArrayXd force(z.rows());
   for (int row = rows.first(); row <= rows.last(); ++row) {
     force.setZero();
     for (int term = 0; term <= rows.reach(); ++term) {
-      const int frame = row + term;
+      Eigen::Index frame = row + term;
+      if (rows.is_cyclic()) frame %= z.cols();
       if (frame < 0 || frame >= z.cols()) continue;
       force += Eigen::Map<const Eigen::ArrayXd>(rows.coefficient(row, term), z.rows()) *
                z.col(frame).array();
@@ -59,14 +61,15 @@ Eigen::MatrixXd column_gradient(const Eigen::Ref<const Eigen::MatrixXd>& mixing)
   return mixing * excess.asDiagonal();
 }
 
-double force_energy(const ModeDynamics& dynamics, const Eigen::Ref<const Eigen::MatrixXd>& motion) {
-  return mode_force_energies(dynamics, motion).sum();
+double force_energy(const ModeDynamics& dynamics, const Eigen::Ref<const Eigen::MatrixXd>& motion,
+                    Beginning beginning) {
+  return mode_force_energies(dynamics, motion, beginning).sum();
 }
 
-double unit_force_energy(const Material& material,
-                         const Eigen::Ref<const Eigen::MatrixXd>& motion) {
+double unit_force_energy(const Material& material, const Eigen::Ref<const Eigen::MatrixXd>& motion,
+                         Beginning beginning) {
   const auto lengths = material.mixing.leftCols(motion.rows()).colwise().squaredNorm();
-  return lengths * mode_force_energies(material.dynamics, motion).matrix();
+  return lengths * mode_force_energies(material.dynamics, motion, beginning).matrix();
 }
 
 double frequency_of(double stiffness, Discretisation discretisation) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "engine/spacetime/force_rows.h"
 #include "engine/spacetime/problem.h"
 
 namespace limber::spacetime {
@@ -28,12 +29,14 @@ struct Material {
 
 /// E_f of a whole motion z, r x N (eq. 17a, or as the dynamics say: ForceRows).
 [[nodiscard]] double force_energy(const ModeDynamics& dynamics,
-                                  const Eigen::Ref<const Eigen::MatrixXd>& motion);
+                                  const Eigen::Ref<const Eigen::MatrixXd>& motion,
+                                  Beginning beginning = Beginning::kFromRest);
 
 /// E_f as if every column of S had unit norm, row k of z scaled to match: u, frequencies and
 /// damping are the same, and energies of different S can be compared.
 [[nodiscard]] double unit_force_energy(const Material& material,
-                                       const Eigen::Ref<const Eigen::MatrixXd>& motion);
+                                       const Eigen::Ref<const Eigen::MatrixXd>& motion,
+                                       Beginning beginning = Beginning::kFromRest);
 
 /// Undamped frequency [1/frame] of an oscillator of this stiffness [1/frame^2]: of differences
 /// lambda = 2 - 2 cos(2 pi s), 1/2, the Nyquist frequency, from lambda = 4 on; of sampled modes

@@ -90,7 +90,7 @@ class MaterialSolver::Impl {
         material_(std::move(material)),
         systems_(material_.dynamics, timeline_),
         rows_(kinematics_, {}, material_.coordinates()) {
-    rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
+    rows_.rebuild(constraints, systems_.frames());
     if (rows_.term_count() > kMaxRows) {
       throw Error(ErrorCode::kLimitExceeded, "constraints",
                   fmt::format("material optimisation takes constraints of at most {} axes together,"
@@ -145,6 +145,7 @@ class MaterialSolver::Impl {
   [[nodiscard]] FitOptions fit_options() const {
     FitOptions options{material_.dynamics.discretisation, material_.dynamics.smoothing};
     options.max_stiffness = max_stiffness_;
+    options.beginning = beginning_of(timeline_);
     return options;
   }
   void set_dynamics(ModeDynamics dynamics);
@@ -432,8 +433,9 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
   result.total_energy = result.force_energy + result.constraint_energy + result.column_energy;
   result.below_start = total_energy() < start_total_;
   static_cast<ConstraintErrors&>(result) = rows_.errors(point_.rows.residual);
-  result.unit_force_energy =
-      status == SolveStatus::kImproved ? 0 : unit_force_energy(material_, motion());
+  result.unit_force_energy = status == SolveStatus::kImproved
+                                 ? 0
+                                 : unit_force_energy(material_, motion(), beginning_of(timeline_));
   if (status == SolveStatus::kIterationLimit) {
     result.message = fmt::format(
         "the material is still improving after {} iterations; more would lower the energy further",

@@ -8,7 +8,7 @@ namespace limber::spacetime {
 ModeSystems::ModeSystems(const ModeDynamics& dynamics, const Timeline& timeline)
     : modes_(static_cast<int>(dynamics.stiffness.size())),
       lanes_(padded_lanes(modes_)),
-      force_rows_(dynamics, timeline.frame_count),
+      force_rows_(dynamics, timeline.frame_count, beginning_of(timeline)),
       frames_(timeline),
       elimination_(force_rows_, frames_) {
   LIMBER_DEMAND(frames_.count() >= 1);
@@ -24,8 +24,24 @@ void ModeSystems::response(int knot, Eigen::VectorXd& own) const {
   factor_.inverse_diagonal(kept_of_knot(knot), own);
 }
 
+/// @param columns  lanes x width: the last kept frames, then the first ones
+void ModeSystems::append_over_seam(const Lanes& columns) {
+  const int reach = force_rows_.reach();
+  BandedRow row{0, Lanes::Zero(lanes_, width()), columns.leftCols(reach)};
+  row.values.leftCols(reach) = columns.rightCols(reach);
+  rows_.push_back(std::move(row));
+}
+
 void ModeSystems::append_raw_row(int row) {
   const int reach = force_rows_.reach();
+  if (frames_.is_cyclic() && row + reach >= frames_.frame_count()) {
+    Lanes columns = Lanes::Zero(lanes_, width());
+    for (int term = 0; term <= reach; ++term) {
+      const int column = row + term - frames_.frame_count() + reach;
+      std::copy_n(force_rows_.coefficient(row, term), lanes_, columns.col(column).data());
+    }
+    return append_over_seam(columns);
+  }
   const auto first = std::lower_bound(kept_.begin(), kept_.end(), row);
   if (first == kept_.end() || *first > row + reach) return;
   BandedRow banded{static_cast<int>(first - kept_.begin()), Lanes::Zero(lanes_, width())};
@@ -43,6 +59,10 @@ void ModeSystems::append_run(Run run, const RunCost& cost, int start) {
   for (int which = 0; which < reach; ++which) {
     BandedRow row{std::max(start, 0), Lanes::Zero(lanes_, width())};
     const auto columns = cost.rows.middleCols(width() * which, width());
+    if (frames_.is_cyclic() && run.last >= frames_.frame_count() - 1) {
+      append_over_seam(columns);
+      continue;
+    }
     if (start >= 0) {
       row.values = columns;
     } else {
@@ -93,12 +113,12 @@ void ModeSystems::set_knots(std::vector<int> knots) {
       for (; next_row <= std::min(last_row, force_rows_.last()); ++next_row)
         append_raw_row(next_row);
     };
-    take_run(frames_.first(), kept_[0] - 1, -1);
+    const int end = frames_.is_cyclic() ? kept_[0] + frames_.frame_count() : frames_.last() + 1;
+    if (!frames_.is_cyclic()) take_run(frames_.first(), kept_[0] - 1, -1);
     if (kept_[0] > frames_.first()) next_row = kept_[0];
     for (int i = 0; i < count; ++i) {
       const int frame = kept_[static_cast<std::size_t>(i)];
-      const int following =
-          i + 1 < count ? kept_[static_cast<std::size_t>(i) + 1] : frames_.last() + 1;
+      const int following = i + 1 < count ? kept_[static_cast<std::size_t>(i) + 1] : end;
       if (following == frame + 1) continue;
       raw_rows_until(frame - reach);
       take_run(frame + 1, following - 1, i + 1 - reach);
@@ -109,7 +129,7 @@ void ModeSystems::set_knots(std::vector<int> knots) {
   std::stable_sort(rows_.begin(), rows_.end(),
                    [](const BandedRow& a, const BandedRow& b) { return a.start < b.start; });
 
-  factor_.factor(rows_, width(), kept_count(), lanes_, kProximal);
+  factor_.factor(rows_, width(), kept_count(), lanes_, kProximal, shape());
   green_known_ = false;
 }
 
@@ -138,17 +158,23 @@ Eigen::MatrixXd ModeSystems::interpolate(const Lanes& kept, FrameSpan frames) co
   const int reach = force_rows_.reach();
   Eigen::MatrixXd whole;  // of a run, with `reach` frames on either side of it
   for (const Run& run : runs_) {
-    const int from = std::max(frames.first, run.first), to = std::min(end, run.last + 1);
-    if (from >= to) continue;
-    const int first = run.first - reach;
-    whole.setZero(modes_, run.last - run.first + 1 + 2 * reach);
-    for (int i = 0; i < kept_count(); ++i) {
-      const int frame = kept_[static_cast<std::size_t>(i)];
-      if (frame >= first && frame <= run.last + reach)
-        whole.col(frame - first) = kept.col(i).head(modes_);
+    // A run over the seam has frames at both ends of the motion.
+    for (int turn = 0; turn <= run.last; turn += frames_.frame_count()) {
+      const int from = std::max(frames.first + turn, run.first),
+                to = std::min(end + turn, run.last + 1);
+      if (from >= to) continue;
+      const int first = run.first - reach;
+      whole.setZero(modes_, run.last - run.first + 1 + 2 * reach);
+      for (int column = 0; column < whole.cols(); ++column) {
+        const auto place =
+            std::lower_bound(kept_.begin(), kept_.end(), frames_.within(first + column));
+        if (place != kept_.end() && *place == frames_.within(first + column))
+          whole.col(column) = kept.col(place - kept_.begin()).head(modes_);
+      }
+      elimination_.fill(run, first, whole);
+      z.middleCols(from - turn - frames.first, to - from) =
+          whole.middleCols(from - first, to - from);
     }
-    elimination_.fill(run, first, whole);
-    z.middleCols(from - frames.first, to - from) = whole.middleCols(from - first, to - from);
   }
   return z;
 }
@@ -156,8 +182,9 @@ Eigen::MatrixXd ModeSystems::interpolate(const Lanes& kept, FrameSpan frames) co
 int ModeSystems::frames_to_fill(FrameSpan frames) const {
   int count = 0;
   for (const Run& run : runs_) {
-    if (run.first < frames.first + frames.count && run.last >= frames.first)
-      count += run.last - run.first + 1;
+    const bool is_asked = (run.first < frames.first + frames.count && run.last >= frames.first) ||
+                          run.last >= frames.first + frames_.frame_count();
+    if (is_asked) count += run.last - run.first + 1;
   }
   return count;
 }

@@ -37,6 +37,7 @@ class ModeSystems {
   [[nodiscard]] const std::vector<int>& knots_kept() const { return kept_of_knot_; }
   /// Of rows(): kept frames that one takes together.
   [[nodiscard]] int width() const { return 2 * force_rows_.reach(); }
+  [[nodiscard]] Shape shape() const { return frames_.is_cyclic() ? Shape::kCycle : Shape::kBand; }
 
   /// L: rows over the kept frames, sorted by start.
   [[nodiscard]] const std::vector<BandedRow>& rows() const { return rows_; }
@@ -68,6 +69,7 @@ class ModeSystems {
   void keep_frames();
   void append_run(Run run, const RunCost& cost, int start);
   void append_raw_row(int row);
+  void append_over_seam(const Lanes& columns);
 
   int modes_, lanes_;
   ForceRows force_rows_;

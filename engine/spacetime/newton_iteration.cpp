@@ -21,8 +21,7 @@ constexpr int kSlowTruncated = 3;
 
 void Optimizer::update_curvature() {
   if (curvature_valid_) return;
-  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot)
-    knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
+  gather_knots(z_);
   // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
   // constraints the residuals' own (weight times residual) are far too large.
   space_.factor(systems_, rows_, state_.jacobian);

@@ -11,12 +11,37 @@ namespace limber::spacetime {
 namespace {
 
 constexpr int kMaxInner = 60;  // conjugate gradient iterations at most
+/// Multipliers W (c - J d) lose digits with heavier rows.
+constexpr double kHeaviestByFrames = 1e8;
+
+/// The form of fewer operations. C takes n^2 r for its entries and n^3 / 3 for its factor. Groups
+/// of s r, s frames that couple to the next alone, take 7/3 (s r)^3 each.
+ConstraintSpace::Form cheaper_form(const ModeSystems& systems, const ConstraintRows& rows) {
+  if (rows.count() > 0 && rows.weight().maxCoeff() > kHeaviestByFrames)
+    return ConstraintSpace::Form::kRows;
+  const auto n = static_cast<double>(rows.position_places().size());
+  const double r = systems.modes(), group = systems.width() / 2.0;
+  const double by_rows = n * n * (r + n / 3);
+  const double by_frames = 7.0 / 3 * group * group * r * r * r * systems.kept_count();
+  return by_frames < by_rows ? ConstraintSpace::Form::kFrames : ConstraintSpace::Form::kRows;
+}
 
 }  // namespace
 
 void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& rows,
                              const Lanes& jacobian) {
+  factor(systems, rows, jacobian, cheaper_form(systems, rows));
+}
+
+void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& rows,
+                             const Lanes& jacobian, Form form) {
   jacobian_ = jacobian;
+  form_ = form;
+  if (form == Form::kFrames && frames_.factor_first_order(systems, rows, jacobian_)) {
+    ready_ = true;
+    return;
+  }
+  form_ = Form::kRows;
   keyframes_.factor(systems, rows);
   keyframes_.response(systems, rows, jacobian_, system_);
   Eigen::Index at = 0;
@@ -25,8 +50,21 @@ void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& r
   ready_ = true;
 }
 
+void ConstraintSpace::saddle_by_frames(const ModeSystems& systems, const ConstraintRows& rows,
+                                       Lanes& r, const Eigen::VectorXd& c, Lanes& d,
+                                       Eigen::VectorXd& m) {
+  const RowProducts j{systems, rows, jacobian_};
+  m = rows.weight().cwiseProduct(c);
+  j.add_transposed(m, r);
+  d = r;
+  frames_.solve(d);
+  j.multiply(d, along_);
+  m -= rows.weight().cwiseProduct(along_);
+}
+
 void ConstraintSpace::saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
                              const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+  if (form_ == Form::kFrames) return saddle_by_frames(systems, rows, r, c, d, m);
   const RowProducts j{systems, rows, jacobian_};
   const Eigen::VectorXd& weight = rows.weight();
   m = weight.cwiseProduct(c);

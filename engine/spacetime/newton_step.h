@@ -5,6 +5,7 @@
 #include "engine/spacetime/constraint_rows.h"
 #include "engine/spacetime/keyframe_system.h"
 #include "engine/spacetime/mode_systems.h"
+#include "engine/spacetime/newton_system.h"
 
 namespace limber::spacetime {
 
@@ -21,11 +22,17 @@ struct Step {
 /// Rows of keyframes are eliminated into P (KeyframeSystem); of those of positions and velocities
 ///   C = W^-1 + J P_key^-1 J^T
 /// remains. One dense factor of the number of these; it serves any right-hand side until J, W or
-/// the knots change.
+/// the knots change. Where there are many rows in many frames (a hold, a path), m is eliminated
+/// instead: P + J^T W J in blocks along time, whose cost is linear in frames.
 class ConstraintSpace {
  public:
-  /// Builds and factors C at these Jacobians.
+  enum class Form { kRows, kFrames };
+  /// Builds and factors the system at these Jacobians, in the cheaper form.
   void factor(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian);
+  /// In this form, if that can be factored: of kFrames rounding may leave an indefinite one.
+  void factor(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
+              Form form);
+  [[nodiscard]] Form form() const { return form_; }
   [[nodiscard]] bool ready() const { return ready_; }
   /// Jacobians or weights changed.
   void invalidate() { ready_ = false; }
@@ -59,8 +66,13 @@ class ConstraintSpace {
   [[nodiscard]] double model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,
                                         const Lanes& d);
 
+  void saddle_by_frames(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
+                        const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m);
+
   bool ready_ = false;
+  Form form_ = Form::kRows;
   KeyframeSystem keyframes_;
+  NewtonSystem frames_;
   Lanes jacobian_;          // lanes x terms, of the factor
   Eigen::MatrixXd system_;  // C, then its Cholesky factor (lower)
   Lanes work_, product_, residual_, x_, direction_;

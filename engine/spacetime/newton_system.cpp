@@ -19,6 +19,19 @@ void NewtonSystem::tie_knots(int modes, const ConstraintRows& rows, const Lanes&
 bool NewtonSystem::factor(const ModeSystems& systems, const ConstraintRows& rows,
                           const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
                           const NewtonGuard& guard) {
+  return factor_with(systems, rows, jacobian, [&](int knot, Eigen::Ref<Eigen::MatrixXd> block) {
+    if (guard.part() > 0) block -= guard.part() * curvature[static_cast<std::size_t>(knot)];
+    block.diagonal().array() += guard.shift();
+  });
+}
+
+bool NewtonSystem::factor_first_order(const ModeSystems& systems, const ConstraintRows& rows,
+                                      const Lanes& jacobian) {
+  return factor_with(systems, rows, jacobian, [](int, Eigen::Ref<Eigen::MatrixXd>) {});
+}
+
+bool NewtonSystem::factor_with(const ModeSystems& systems, const ConstraintRows& rows,
+                               const Lanes& jacobian, const Curve& curve) {
   term_weight_.resize(rows.term_count());
   for (int term = 0; term < rows.term_count(); ++term)
     term_weight_[term] = rows.weight()[rows.row_of(term)];
@@ -27,8 +40,7 @@ bool NewtonSystem::factor(const ModeSystems& systems, const ConstraintRows& rows
     const auto columns = jacobian.topRows(systems.modes()).middleCols(first, many);
     weighted_ = columns * term_weight_.segment(first, many).asDiagonal();
     block.noalias() += weighted_ * columns.transpose();
-    if (guard.part() > 0) block -= guard.part() * curvature[static_cast<std::size_t>(knot)];
-    block.diagonal().array() += guard.shift();
+    curve(knot, block);
   };
   tie_knots(systems.modes(), rows, jacobian);
   return system_.factor(systems, add_block, ties_);

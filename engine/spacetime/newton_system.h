@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "engine/spacetime/block_system.h"
@@ -21,10 +22,17 @@ class NewtonSystem {
   [[nodiscard]] bool factor(const ModeSystems& systems, const ConstraintRows& rows,
                             const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
                             const NewtonGuard& guard);
+  /// The same without curvature and shift: K + proximal I + J^T W J.
+  [[nodiscard]] bool factor_first_order(const ModeSystems& systems, const ConstraintRows& rows,
+                                        const Lanes& jacobian);
   /// x <- H^-1 x, lanes x kept.
   void solve(Lanes& x) const { system_.solve(x); }
 
  private:
+  /// Adds to the r x r block of a knot.
+  using Curve = std::function<void(int knot, Eigen::Ref<Eigen::MatrixXd> block)>;
+  [[nodiscard]] bool factor_with(const ModeSystems& systems, const ConstraintRows& rows,
+                                 const Lanes& jacobian, const Curve& curve);
   void tie_knots(int modes, const ConstraintRows& rows, const Lanes& jacobian);
 
   BlockSystem system_;

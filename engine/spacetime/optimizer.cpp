@@ -24,10 +24,10 @@ Optimizer::Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics,
 
 void Optimizer::set_structure(const ConstraintSet& constraints) {
   static_cast<void>(motion());
-  rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
+  rows_.rebuild(constraints, systems_.frames());
   if (rows_.knots() != systems_.knots()) {
     systems_.set_knots(rows_.knots());
-    systems_.gather(motion_, z_);
+    take_up(motion_);
   }
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.forget();
@@ -49,13 +49,16 @@ void Optimizer::target_moved(const PositionConstraint& constraint, const Eigen::
 void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
                             const ConstraintSet& constraints) {
   static_cast<void>(motion());
+  const bool is_passive = z_.isZero(0);
   systems_ = ModeSystems(dynamics, timeline);
+  passive_ = load_.size() > 0 ? passive_motion(dynamics, timeline, load_) : PassiveMotion{};
   for (int frame = 0; frame < timeline.frame_count; ++frame) {
     if (!systems_.frames().contains(frame)) motion_.col(frame).setZero();
   }
-  rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
+  rows_.rebuild(constraints, systems_.frames());
   systems_.set_knots(rows_.knots());
-  systems_.gather(motion_, z_);
+  take_up(motion_);
+  if (is_passive) z_.setZero();
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.forget();
   needs_check_ = true;
@@ -91,10 +94,10 @@ void Optimizer::warm_start(const Eigen::MatrixXd& motion, Known known) {
   if (start_shift() > 0 && known == Known::kGuess && motion.size() > 0) {
     const Eigen::MatrixXd moves = (start_moves(motion.size()) * motion.cwiseAbs().maxCoeff())
                                       .reshaped(motion.rows(), motion.cols());
-    systems_.gather(motion + moves, z_);
+    take_up(motion + moves);
     is_interpolated = false;
   } else {
-    systems_.gather(motion, z_);
+    take_up(motion);
   }
   residual_valid_ = jacobian_valid_ = curvature_valid_ = false;
   motion_valid_ = is_interpolated;
@@ -110,6 +113,7 @@ void Optimizer::warm_start(const Eigen::MatrixXd& motion, Known known) {
 const Eigen::MatrixXd& Optimizer::motion() const {
   if (!motion_valid_) {
     systems_.interpolate(z_, motion_);
+    if (passive_.z.size() > 0) motion_ += passive_.z;
     motion_valid_ = true;
   }
   return motion_;
@@ -117,15 +121,35 @@ const Eigen::MatrixXd& Optimizer::motion() const {
 
 Eigen::MatrixXd Optimizer::motion_in(FrameSpan frames) const {
   if (motion_valid_) return motion_.middleCols(frames.first, frames.count);
-  return systems_.interpolate(z_, frames);
+  Eigen::MatrixXd part = systems_.interpolate(z_, frames);
+  if (passive_.z.size() > 0) part += passive_.z.middleCols(frames.first, frames.count);
+  return part;
 }
 
-void Optimizer::evaluate(const Lanes& z, ConstraintRows::Jacobian jacobian, RowState& state) const {
+void Optimizer::take_up(const Eigen::MatrixXd& motion) {
+  if (passive_.z.size() == 0) return systems_.gather(motion, z_);
+  systems_.gather(motion - passive_.z, z_);
+}
+
+void Optimizer::set_load(Eigen::MatrixXd load, const ModeDynamics& dynamics,
+                         const Timeline& timeline, const ConstraintSet& constraints) {
+  load_ = std::move(load);
+  set_systems(dynamics, timeline, constraints);
+}
+
+void Optimizer::gather_knots(const Lanes& z) const {
   const auto knots = static_cast<Eigen::Index>(rows_.knots().size());
   knots_z_.resize(systems_.lanes(), knots);
   for (Eigen::Index knot = 0; knot < knots; ++knot) {
     knots_z_.col(knot) = z.col(systems_.kept_of_knot(static_cast<int>(knot)));
+    if (passive_.z.size() == 0) continue;
+    knots_z_.col(knot).head(systems_.modes()) +=
+        passive_.z.col(rows_.knots()[static_cast<std::size_t>(knot)]);
   }
+}
+
+void Optimizer::evaluate(const Lanes& z, ConstraintRows::Jacobian jacobian, RowState& state) const {
+  gather_knots(z);
   rows_.evaluate(knots_z_, jacobian, state);
 }
 

@@ -8,6 +8,7 @@
 #include "engine/spacetime/mode_systems.h"
 #include "engine/spacetime/newton_step.h"
 #include "engine/spacetime/newton_system.h"
+#include "engine/spacetime/passive_motion.h"
 #include "engine/spacetime/row_products.h"
 #include "engine/spacetime/solver.h"
 
@@ -31,6 +32,9 @@ class Optimizer {
   /// As set_systems(), with other modes: S, R x r; empty: (I, 0)^T.
   void set_material(const ModeDynamics& dynamics, Eigen::MatrixXd mixing, const Timeline& timeline,
                     const ConstraintSet& constraints);
+  /// Accelerations of the modes by an animated base, r x N; empty: none (passive_motion()).
+  void set_load(Eigen::MatrixXd load, const ModeDynamics& dynamics, const Timeline& timeline,
+                const ConstraintSet& constraints);
   void cold_start();
   void warm_start(const Eigen::MatrixXd& motion, Known known);
 
@@ -63,6 +67,10 @@ class Optimizer {
     bool newton = false, ramped = false;
   };
 
+  /// z_ <- of a motion, without what is passive of it.
+  void take_up(const Eigen::MatrixXd& motion);
+  /// knots_z_ <- the whole motion at the knots.
+  void gather_knots(const Lanes& z) const;
   void evaluate(const Lanes& z, ConstraintRows::Jacobian jacobian, RowState& state) const;
   /// Residuals, Jacobians, force and shifted residuals at z_.
   void linearise();
@@ -143,8 +151,10 @@ class Optimizer {
   ModeSystems systems_;
   ConstraintRows rows_;
   ConstraintSpace space_;
-  Lanes z_;         // at the kept frames
-  RowState state_;  // at z_
+  Eigen::MatrixXd load_;   // see set_load()
+  PassiveMotion passive_;  // of it
+  Lanes z_;                // at the kept frames: motion() without passive_
+  RowState state_;         // at z_
   bool residual_valid_ = false, jacobian_valid_ = false;
   Step step_;
   StepKind step_kind_ = StepKind::kGaussNewton;  // whose factor made step_

@@ -16,6 +16,7 @@ enum class EndCondition {
   kFree,                    // nothing: a free damped oscillation costs nothing
   kPinnedPosition,          // z = 0 in the end frame
   kPinnedPositionVelocity,  // z = 0 in the end frame and the one beside it
+  kCyclic,  // of both ends or of none: frame 0 follows the last one, N frames after itself
 };
 
 /// How a free mode goes from frame to frame (ForceStencil).
@@ -40,6 +41,8 @@ struct Timeline {
   int frame_count = 0;  // N >= 3, and enough for the end conditions to leave a free frame
   EndCondition first = EndCondition::kPinnedPositionVelocity;
   EndCondition last = EndCondition::kPinnedPositionVelocity;
+
+  [[nodiscard]] bool is_cyclic() const { return first == EndCondition::kCyclic; }
 };
 
 /// Frames first .. first + count - 1.
@@ -64,10 +67,15 @@ struct PositionConstraint {
   Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
   double weight = 100;  // gamma > 0, on (|u - target| / body length)^2 / 2; kExact: hold exactly
   /// Of a constraint on a mean velocity (target [m/frame], gamma on (|velocity - target| / body
-  /// length * 1 frame)^2 / 2) the frame where it begins, in [0, frame).
+  /// length * 1 frame)^2 / 2) the frame where it begins, in [0, frame); in a cycle any other one,
+  /// over the seam where it is later.
   std::optional<int> since = std::nullopt;
+  /// [frames], >= 0. Farther from those that it reads, the motion is that without all constraints
+  /// that have a reach. Nothing: it acts everywhere.
+  std::optional<int> reach = std::nullopt;
 
   [[nodiscard]] bool is_velocity() const { return since.has_value(); }
+  bool operator==(const PositionConstraint&) const = default;
 };
 
 /// "At this frame, the body has this pose" (E_c^RS, paper: eq. 23): S z = z-bar, all of it.
@@ -76,6 +84,8 @@ struct KeyframeConstraint {
   int frame = 0;                // in [0, N)
   Eigen::VectorXd coordinates;  // z-bar, R modal coordinates (reduced::ModalProjector)
   double weight = 100;          // gamma > 0, on |S z - z-bar|^2 / 2; kExact as for positions
+
+  bool operator==(const KeyframeConstraint&) const = default;
 };
 
 /// All that a motion is asked to meet.

@@ -160,7 +160,7 @@ SolveReport Optimizer::report(SolveStatus status, int iterations, double gradien
   report.status = status;
   report.iterations = iterations;
   report.gradient = gradient;
-  report.force_energy = systems_.energy(z_);
+  report.force_energy = systems_.energy(z_) + passive_.energy;
   if (rows_.count() > 0) report.constraint_energy = rows_.soft_energy(state_.residual);
   static_cast<ConstraintErrors&>(report) = rows_.errors(state_.residual);
   const auto& fixed = rows_.fixed();

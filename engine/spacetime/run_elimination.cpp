@@ -74,6 +74,7 @@ inline void take_out_frame(const LanePacket (&fresh)[kReach + 1], double is_row,
 std::optional<int> pinned_frames(EndCondition end) {
   switch (end) {
     case EndCondition::kFree:
+    case EndCondition::kCyclic:
       return 0;
     case EndCondition::kPinnedPosition:
       return 1;
@@ -86,12 +87,15 @@ std::optional<int> pinned_frames(EndCondition end) {
 FreeFrames::FreeFrames(const Timeline& timeline)
     : frame_count_(timeline.frame_count),
       first_(pinned_frames(timeline.first).value_or(0)),
-      last_(timeline.frame_count - 1 - pinned_frames(timeline.last).value_or(0)) {}
+      last_(timeline.frame_count - 1 - pinned_frames(timeline.last).value_or(0)),
+      is_cyclic_(timeline.is_cyclic()) {}
 
 RunElimination::RunElimination(ForceRows rows, const FreeFrames& frames)
     : rows_(std::move(rows)), frames_(frames) {
   const Eigen::Index lanes = rows_.lanes();
-  memory_.assign(place(frames.frame_count()), 0.0);
+  memory_.assign(static_cast<std::size_t>(frames.frame_count()) * 2 *
+                     static_cast<std::size_t>(rows_.reach()) * static_cast<std::size_t>(lanes),
+                 0.0);
   none_ = Eigen::VectorXd::Zero(lanes);
   all_ = Eigen::VectorXd::Ones(lanes);
   for (auto* growth : {&forward_[0], &forward_[1], &backward_[0], &backward_[1]})
@@ -107,6 +111,7 @@ RunElimination::RunElimination(ForceRows rows, const FreeFrames& frames)
 }
 
 const double* RunElimination::allowed(Run run, int frame) {
+  if (frames_.is_cyclic()) return all_.data();
   if (!frames_.contains(frame)) return none_.data();
   const int from_end = frames_.frame_count() - 1 - frame;
   const bool near_first = frame < 2 && run.first == frames_.first() && run.last < frames_.last();
@@ -169,7 +174,9 @@ void RunElimination::fill_run(Run run, int first, Eigen::MatrixXd& z) const {
   const int modes = static_cast<int>(z.rows());
   const auto lanes = static_cast<Eigen::Index>(rows_.lanes());
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(modes);
+  const auto columns = static_cast<int>(z.cols());
   auto column = [&](int frame) {
+    if (frames_.is_cyclic()) frame = first + ((frame - first) % columns + columns) % columns;
     return frames_.contains(frame) ? z.col(frame - first).data() : rest.data();
   };
   const double *before[kReach], *behind[kReach];
@@ -177,7 +184,7 @@ void RunElimination::fill_run(Run run, int first, Eigen::MatrixXd& z) const {
   for (int j = run.last; j >= run.first; --j) {
     const double* recovered = memory_.data() + place(j);
     for (int c = 0; c < kReach; ++c) behind[c] = column(j + 1 + c);
-    double* out = z.col(j - first).data();
+    double* out = z.col((j - first) % columns).data();
 #pragma GCC ivdep
     for (Eigen::Index k = 0; k < modes; ++k) {
       double sum = 0;

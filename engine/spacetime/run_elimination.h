@@ -21,14 +21,22 @@ class FreeFrames {
   [[nodiscard]] int first() const { return first_; }
   [[nodiscard]] int last() const { return last_; }
   [[nodiscard]] int count() const { return last_ - first_ + 1; }
-  [[nodiscard]] bool contains(int frame) const { return frame >= first_ && frame <= last_; }
+  [[nodiscard]] bool contains(int frame) const {
+    return is_cyclic_ || (frame >= first_ && frame <= last_);
+  }
+  [[nodiscard]] bool is_cyclic() const { return is_cyclic_; }
+  /// Of a cycle the same frame in [0, N).
+  [[nodiscard]] int within(int frame) const {
+    return is_cyclic_ ? (frame % frame_count_ + frame_count_) % frame_count_ : frame;
+  }
 
  private:
   int frame_count_, first_, last_;
+  bool is_cyclic_;
 };
 
 /// Frames first .. last that nothing constrains. Their z follow from the frames around them; they
-/// are eliminated.
+/// are eliminated. Over the seam of a cycle frames count on from N.
 struct Run {
   int first, last;
 };
@@ -51,7 +59,8 @@ class RunElimination {
   [[nodiscard]] RunCost eliminate(Run run);
 
   /// Fills z (modes x frames, its columns around the run valid) in an eliminated run.
-  /// @param first  frame of the first column of z
+  /// @param first  frame of the first column of z; of a cycle z may have all frames, or at least
+  /// those of the run and around it
   void fill(Run run, int first, Eigen::MatrixXd& z) const;
 
  private:
@@ -63,8 +72,8 @@ class RunElimination {
   void fill_run(Run run, int first, Eigen::MatrixXd& z) const;
   [[nodiscard]] const double* allowed(Run run, int frame);
   [[nodiscard]] std::size_t place(int frame) const {
-    return static_cast<std::size_t>(frame) * 2 * static_cast<std::size_t>(rows_.reach()) *
-           static_cast<std::size_t>(rows_.lanes());
+    return static_cast<std::size_t>(frames_.within(frame)) * 2 *
+           static_cast<std::size_t>(rows_.reach()) * static_cast<std::size_t>(rows_.lanes());
   }
 
   ForceRows rows_;

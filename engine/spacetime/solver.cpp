@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/spacetime/force_rows.h"
+#include "engine/spacetime/local_frames.h"
 #include "engine/spacetime/optimizer.h"
 
 namespace limber::spacetime {
@@ -22,6 +23,8 @@ int checked_pinned_frames(EndCondition end, const std::string& field) {
 }
 
 void validate(const Timeline& timeline) {
+  if (timeline.is_cyclic() != (timeline.last == EndCondition::kCyclic))
+    refuse_problem("timeline.last", "either both ends are cyclic, or none");
   const int pinned = checked_pinned_frames(timeline.first, "timeline.first") +
                      checked_pinned_frames(timeline.last, "timeline.last");
   if (timeline.frame_count < 3) {
@@ -71,17 +74,24 @@ void validate_target(const Eigen::Vector3d& target) {
   if (!target.allFinite()) refuse_problem("constraint.target", "constraint.target must be finite");
 }
 
-void validate(const PositionConstraint& constraint, int frame_count) {
+void validate(const PositionConstraint& constraint, const Timeline& timeline) {
+  const int frame_count = timeline.frame_count;
   if (constraint.frame < 0 || constraint.frame >= frame_count) {
     throw Error(ErrorCode::kOutOfRange, "constraint.frame",
                 "constraint.frame = " + std::to_string(constraint.frame) + " must be in [0, " +
                     std::to_string(frame_count) + ")");
   }
-  if (constraint.since && (*constraint.since < 0 || *constraint.since >= constraint.frame)) {
+  const bool is_cyclic = timeline.is_cyclic();
+  if (constraint.since && (*constraint.since < 0 || *constraint.since == constraint.frame ||
+                           *constraint.since >= (is_cyclic ? frame_count : constraint.frame))) {
     throw Error(ErrorCode::kOutOfRange, "constraint.since",
-                "constraint.since = " + std::to_string(*constraint.since) + " must be in [0, " +
-                    std::to_string(constraint.frame) + "), before constraint.frame");
+                "constraint.since = " + std::to_string(*constraint.since) +
+                    (is_cyclic ? " must be another frame than constraint.frame"
+                               : " must be in [0, " + std::to_string(constraint.frame) +
+                                     "), before constraint.frame"));
   }
+  if (constraint.reach && *constraint.reach < 0)
+    refuse_problem("constraint.reach", "constraint.reach must be >= 0 frames");
   if (constraint.site < 0) {
     throw Error(ErrorCode::kOutOfRange, "constraint.site",
                 "constraint.site = " + std::to_string(constraint.site) + " must be >= 0");
@@ -152,19 +162,40 @@ void SolverOptions::validate() const {
   }
 }
 
+/// Border frames of windows are keyframes of the optimiser, of numbers that no caller has.
+constexpr ConstraintId kBorder = ConstraintId{1} << 63U;
+
 /// Edits are cheap notes here; the optimiser hears of them when the next answer is asked for.
+///
+/// Where constraints have a reach there is a second one, `base_`, of all others alone. Its motion
+/// holds outside their windows: as it is, and for the optimiser as exact keyframes at the borders.
 class Solver::Impl {
  public:
   Impl(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,
        Timeline timeline, const SolverOptions& options, Eigen::MatrixXd mixing)
-      : dynamics_(std::move(dynamics)),
+      : kinematics_(std::move(kinematics)),
+        dynamics_(std::move(dynamics)),
         timeline_(timeline),
-        coordinates_(kinematics->coordinate_count()),
-        optimizer_(std::move(kinematics), dynamics_, timeline_, options, std::move(mixing)) {}
+        options_(options),
+        mixing_(std::move(mixing)),
+        coordinates_(kinematics_->coordinate_count()),
+        optimizer_(kinematics_, dynamics_, timeline_, options, mixing_) {}
 
   void bring_up_to_date() {
     if (!stale_) return;
-    optimizer_.set_structure(weighed());
+    local_ = local_frames(constraints_, timeline_);
+    if (local_.empty()) {
+      base_.reset();
+    } else {
+      if (!base_) {
+        base_ = std::make_unique<Impl>(kinematics_, dynamics_, timeline_, options_, mixing_);
+        base_->optimizer_.warm_start(optimizer_.motion(), Known::kGuess);
+        base_->set_load(load_);
+      }
+      base_->take_unlimited(constraints_, weight_scale_);
+      base_->bring_up_to_date();
+    }
+    optimizer_.set_structure(held());
     stale_ = false;
   }
 
@@ -175,13 +206,119 @@ class Solver::Impl {
     return set;
   }
 
+  /// weighed(), and the base's motion at the borders of the windows.
+  [[nodiscard]] ConstraintSet held() const {
+    ConstraintSet set = weighed();
+    if (!base_) return set;
+    const int width = dynamics_.smoothing > 0 ? 3 : 2;
+    const Eigen::MatrixXd& motion = base_->optimizer_.motion();
+    for (const int frame : border_frames(local_, timeline_, width)) {
+      KeyframeConstraint border{kBorder + static_cast<ConstraintId>(frame), frame,
+                                Eigen::VectorXd::Zero(coordinates_), PositionConstraint::kExact};
+      if (mixing_.size() > 0) {
+        border.coordinates = mixing_ * motion.col(frame);
+      } else {
+        border.coordinates.head(motion.rows()) = motion.col(frame);
+      }
+      set.keyframes[border.id] = std::move(border);
+    }
+    return set;
+  }
+
+  /// Other ends, dynamics or modes: these first, in the base, too.
+  void set_systems(ModeDynamics dynamics, const Timeline& timeline, Eigen::MatrixXd mixing) {
+    if (base_) base_->set_systems(dynamics, timeline, mixing);
+    dynamics_ = std::move(dynamics);
+    timeline_ = timeline;
+    mixing_ = std::move(mixing);
+    local_ = local_frames(constraints_, timeline_);
+    optimizer_.set_material(dynamics_, mixing_, timeline_, held());
+    stale_ = base_ != nullptr || !local_.empty();
+  }
+
+  void set_load(const Eigen::MatrixXd& load) {
+    if (base_) base_->set_load(load);
+    load_ = load;
+    optimizer_.set_load(load, dynamics_, timeline_, held());
+    stale_ = base_ != nullptr || !local_.empty();
+  }
+
+  void target_moved(const PositionConstraint& constraint, const Eigen::Vector3d& from) {
+    if (stale_) return;
+    optimizer_.target_moved(constraint, from);
+    if (!base_ || constraint.reach) return;
+    base_->constraints_.positions.at(constraint.id).target = constraint.target;
+    base_->target_moved(constraint, from);
+  }
+
+  SolveReport solve(const JobContext& job,
+                    const std::function<bool(const SolveReport&)>& on_improved) {
+    bring_up_to_date();
+    if (!base_) return optimizer_.solve(job, on_improved);
+    SolveReport known = optimizer_.correct();
+    const SolveReport base = base_->solve(
+        job, [&](const SolveReport& /*improved*/) { return !on_improved || on_improved(known); });
+    known.status = base.status;
+    if (base.status == SolveStatus::kCancelled || base.status == SolveStatus::kImproved)
+      return known;
+    if (has_moved_borders()) {
+      const Eigen::MatrixXd begin = motion();
+      optimizer_.set_structure(held());
+      optimizer_.warm_start(begin, Known::kGuess);
+    }
+    SolveReport report = optimizer_.solve(job, on_improved);
+    if (report.status == SolveStatus::kConverged && base.status != SolveStatus::kConverged) {
+      report.status = base.status;
+      report.message = base.message;
+    }
+    return report;
+  }
+
+  [[nodiscard]] const Eigen::MatrixXd& motion() const {
+    if (!base_) return optimizer_.motion();
+    motion_ = optimizer_.motion();
+    for (std::size_t frame = 0; frame < local_.size(); ++frame) {
+      const auto column = static_cast<Eigen::Index>(frame);
+      if (!local_[frame]) motion_.col(column) = base_->optimizer_.motion().col(column);
+    }
+    return motion_;
+  }
+
+  std::shared_ptr<const reduced::Kinematics> kinematics_;
   ModeDynamics dynamics_;
   Timeline timeline_;
+  SolverOptions options_;
+  Eigen::MatrixXd mixing_, load_;
   int coordinates_;
   ConstraintSet constraints_;
   double weight_scale_ = 1;
   bool stale_ = false;  // constraints_ differ from the optimiser's in more than targets
   Optimizer optimizer_;
+  std::unique_ptr<Impl> base_;
+  std::vector<bool> local_;  // frames of the windows
+  mutable Eigen::MatrixXd motion_;
+
+ private:
+  /// The constraints without a reach.
+  void take_unlimited(const ConstraintSet& all, double weight_scale) {
+    ConstraintSet unlimited = all;
+    std::erase_if(unlimited.positions,
+                  [](const auto& one) { return one.second.reach.has_value(); });
+    stale_ = stale_ || weight_scale != weight_scale_ ||
+             unlimited.positions != constraints_.positions ||
+             unlimited.keyframes != constraints_.keyframes;
+    constraints_ = std::move(unlimited);
+    weight_scale_ = weight_scale;
+  }
+
+  /// Whether the base's motion at the borders is another one than the optimiser knows.
+  [[nodiscard]] bool has_moved_borders() {
+    ConstraintSet now = held();
+    std::erase_if(now.keyframes, [](const auto& one) { return one.first < kBorder; });
+    return std::exchange(borders_, now.keyframes) != now.keyframes;
+  }
+
+  std::map<ConstraintId, KeyframeConstraint> borders_;
 };
 
 Solver::Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,
@@ -205,7 +342,7 @@ Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;
 
 void Solver::add(const PositionConstraint& constraint) {
-  validate(constraint, impl_->timeline_.frame_count);
+  validate(constraint, impl_->timeline_);
   if (!impl_->constraints_.positions.emplace(constraint.id, constraint).second) {
     throw Error(ErrorCode::kAlreadyExists, "constraint.id",
                 "there already is a constraint " + std::to_string(constraint.id));
@@ -218,18 +355,18 @@ void Solver::move(ConstraintId id, const Eigen::Vector3d& target) {
   const auto found = impl_->constraints_.positions.find(id);
   if (found == impl_->constraints_.positions.end()) throw not_found(id);
   const Eigen::Vector3d from = std::exchange(found->second.target, target);
-  if (!impl_->stale_) impl_->optimizer_.target_moved(found->second, from);
+  impl_->target_moved(found->second, from);
 }
 
 void Solver::replace(const PositionConstraint& constraint) {
-  validate(constraint, impl_->timeline_.frame_count);
+  validate(constraint, impl_->timeline_);
   const auto found = impl_->constraints_.positions.find(constraint.id);
   if (found == impl_->constraints_.positions.end()) throw not_found(constraint.id);
   PositionConstraint moved = found->second;
   moved.target = constraint.target;
   const bool only_target = moved.frame == constraint.frame && moved.site == constraint.site &&
                            moved.since == constraint.since && moved.axes == constraint.axes &&
-                           moved.weight == constraint.weight;
+                           moved.weight == constraint.weight && moved.reach == constraint.reach;
   if (only_target) return move(constraint.id, constraint.target);
   found->second = constraint;
   impl_->stale_ = true;
@@ -270,9 +407,15 @@ void Solver::set_timeline(EndCondition first, EndCondition last) {
   const Timeline timeline{impl_->timeline_.frame_count, first, last};
   validate(timeline);
   if (first == impl_->timeline_.first && last == impl_->timeline_.last) return;
-  impl_->timeline_ = timeline;
-  impl_->optimizer_.set_systems(impl_->dynamics_, timeline, impl_->weighed());
-  impl_->stale_ = false;
+  impl_->set_systems(impl_->dynamics_, timeline, impl_->mixing_);
+}
+
+void Solver::set_load(const Eigen::MatrixXd& load) {
+  const bool fits = load.rows() == impl_->dynamics_.stiffness.size() &&
+                    load.cols() == impl_->timeline_.frame_count && load.allFinite();
+  if (load.size() > 0 && !fits)
+    refuse_problem("load", "the load must have a finite number for each mode and frame");
+  impl_->set_load(load);
 }
 
 void Solver::set_dynamics(ModeDynamics dynamics) {
@@ -283,9 +426,7 @@ void Solver::set_dynamics(ModeDynamics dynamics) {
                                              " modes, it must keep its " +
                                              std::to_string(impl_->dynamics_.stiffness.size()));
   }
-  impl_->dynamics_ = std::move(dynamics);
-  impl_->optimizer_.set_systems(impl_->dynamics_, impl_->timeline_, impl_->weighed());
-  impl_->stale_ = false;
+  impl_->set_systems(std::move(dynamics), impl_->timeline_, impl_->mixing_);
 }
 
 void Solver::set_material(Material material) {
@@ -297,10 +438,7 @@ void Solver::set_material(Material material) {
                                              std::to_string(impl_->dynamics_.stiffness.size()));
   }
   validate_mixing(material.mixing, modes, impl_->coordinates_);
-  impl_->dynamics_ = std::move(material.dynamics);
-  impl_->optimizer_.set_material(impl_->dynamics_, std::move(material.mixing), impl_->timeline_,
-                                 impl_->weighed());
-  impl_->stale_ = false;
+  impl_->set_systems(std::move(material.dynamics), impl_->timeline_, std::move(material.mixing));
 }
 
 std::vector<PositionConstraint> Solver::constraints() const {
@@ -312,6 +450,7 @@ std::vector<PositionConstraint> Solver::constraints() const {
 
 void Solver::cold_start() {
   impl_->bring_up_to_date();
+  if (impl_->base_) impl_->base_->optimizer_.cold_start();
   impl_->optimizer_.cold_start();
 }
 
@@ -322,6 +461,7 @@ void Solver::warm_start(const Eigen::MatrixXd& motion, Known known) {
                                  std::to_string(now.cols()) + " finite values");
   }
   impl_->bring_up_to_date();
+  if (impl_->base_) impl_->base_->optimizer_.warm_start(motion, Known::kGuess);
   impl_->optimizer_.warm_start(motion, known);
 }
 
@@ -336,16 +476,16 @@ SolveReport Solver::correct() {
 
 SolveReport Solver::solve(const JobContext& job,
                           const std::function<bool(const SolveReport&)>& on_improved) {
-  impl_->bring_up_to_date();
-  return impl_->optimizer_.solve(job, on_improved);
+  return impl_->solve(job, on_improved);
 }
 
-const Eigen::MatrixXd& Solver::motion() const { return impl_->optimizer_.motion(); }
+const Eigen::MatrixXd& Solver::motion() const { return impl_->motion(); }
 
 Eigen::MatrixXd Solver::motion_in(FrameSpan frames) const {
   const int all = impl_->timeline_.frame_count;
   if (frames.first < 0 || frames.count < 0 || frames.first > all - frames.count)
     throw Error(ErrorCode::kOutOfRange, "frames", "frames must be within the motion");
+  if (impl_->base_) return impl_->motion().middleCols(frames.first, frames.count);
   return impl_->optimizer_.motion_in(frames);
 }
 

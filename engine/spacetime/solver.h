@@ -82,6 +82,10 @@ class Solver {
   void remove_keyframe(ConstraintId id);                      // kNotFound
   void set_timeline(EndCondition first, EndCondition last);
   void set_dynamics(ModeDynamics dynamics);
+  /// What accelerates the modes, as an animated base does (passive_motion()): E_f counts the
+  /// control forces beside it. Without constraints the motion is the passive one. Of the modes that
+  /// are there, also after others are set. @param load  r x N [1/frame^2]; empty: none
+  void set_load(const Eigen::MatrixXd& load);  // kInvalidArgument
   /// Other dynamics and other modes at once, of the same number: the present z is kept, with
   /// a new meaning in them. mixing empty: the first r coordinates. Errors as the constructor's.
   void set_material(Material material);

@@ -9,6 +9,7 @@
 #include "tests/support/dense.h"
 
 #include "engine/spacetime/problem.h"
+#include "engine/spacetime/run_elimination.h"
 #include "tests/support/chain_kinematics.h"
 
 namespace limber::spacetime {
@@ -53,6 +54,24 @@ inline DenseMatrix dense_beginning(const ModeDynamics& dynamics, Eigen::Index mo
   return rows;
 }
 
+/// The same of a cycle, in which every frame has a neighbour on either side.
+inline DenseMatrix dense_cycle(const ModeDynamics& dynamics, Eigen::Index mode,
+                               Eigen::Index frames) {
+  const DenseForce force = dense_force(dynamics, mode);
+  DenseMatrix plain = DenseMatrix::Zero(frames, frames);
+  for (Eigen::Index i = 0; i < frames; ++i) {
+    plain(i, (i + frames - 1) % frames) += force.before;
+    plain(i, i) += force.centre;
+    plain(i, (i + 1) % frames) += force.next;
+  }
+  DenseMatrix result(2 * frames, frames);
+  result.topRows(frames) = plain;
+  for (Eigen::Index i = 0; i < frames; ++i)
+    result.row(frames + i) =
+        Real{dynamics.smoothing} * (plain.row((i + 1) % frames) - plain.row(i));
+  return result;
+}
+
 /// E_f = 1/2 |A z|^2 of one mode, columns are frames: forces, and tau times their differences, the
 /// first and the last to no force; of sampled modes what their beginning costs.
 inline DenseMatrix dense_forces(const ModeDynamics& dynamics, Eigen::Index mode,
@@ -90,13 +109,14 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
                                  const std::vector<KeyframeConstraint>& keyframes = {},
                                  Eigen::MatrixXd mixing = {}) {
   const Eigen::Index modes = dynamics.stiffness.size(), frames = timeline.frame_count;
-  const Eigen::Index first = static_cast<int>(timeline.first);
-  const Eigen::Index last = frames - 1 - static_cast<int>(timeline.last);
+  const FreeFrames free_frames(timeline);
+  const Eigen::Index first = free_frames.first(), last = free_frames.last();
   const Eigen::Index size = (last - first + 1) * modes;
-  const Eigen::Index of_mode = dense_forces(dynamics, 0, frames).rows();
+  const auto forces_of = timeline.is_cyclic() ? dense_cycle : dense_forces;
+  const Eigen::Index of_mode = forces_of(dynamics, 0, frames).rows();
   DenseMatrix force = DenseMatrix::Zero(of_mode * modes, size);
   for (Eigen::Index k = 0; k < modes; ++k) {
-    const DenseMatrix rows = dense_forces(dynamics, k, frames);
+    const DenseMatrix rows = forces_of(dynamics, k, frames);
     for (Eigen::Index frame = first; frame <= last; ++frame)
       force.block(k * of_mode, (frame - first) * modes + k, of_mode, 1) = rows.col(frame);
   }
@@ -106,7 +126,7 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   const auto add_row = [&](int frame, std::optional<int> since,
                            const Eigen::RowVectorXd& over_modes, Real target, double weight) {
     DenseVector row = DenseVector::Zero(size);
-    const Real span = since ? frame - *since : 1;
+    const Real span = since ? free_frames.within(frame - *since) : 1;
     if (frame >= first && frame <= last)
       row.segment((frame - first) * modes, modes) = over_modes.transpose().cast<Real>() / span;
     if (since && *since >= first && *since <= last)

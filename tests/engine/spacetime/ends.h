@@ -16,15 +16,22 @@ struct Ends {
 };
 
 inline std::ostream& operator<<(std::ostream& out, const Ends& ends) {
-  const char* names[] = {"Free", "Position", "PositionVelocity"};
+  const char* names[] = {"Free", "Position", "PositionVelocity", "Cyclic"};
   return out << names[static_cast<int>(ends.first)] << "To" << names[static_cast<int>(ends.last)];
 }
 
-inline std::vector<Ends> all_ends() {
+/// Of the published form.
+inline std::vector<Ends> open_ends() {
   std::vector<Ends> all;
   for (const EndCondition first : kEnds) {
     for (const EndCondition last : kEnds) all.push_back({first, last});
   }
+  return all;
+}
+
+inline std::vector<Ends> all_ends() {
+  std::vector<Ends> all = open_ends();
+  all.push_back({EndCondition::kCyclic, EndCondition::kCyclic});
   return all;
 }
 

@@ -97,7 +97,7 @@ struct Parts {
       : systems(problem.dynamics, problem.timeline),
         rows(problem.kinematics, problem.mixing,
              static_cast<int>(problem.dynamics.stiffness.size())) {
-    rows.rebuild(problem.set, systems.frames().first(), systems.frames().last());
+    rows.rebuild(problem.set, systems.frames());
     systems.set_knots(rows.knots());
     const auto knots = static_cast<Eigen::Index>(rows.knots().size());
     rows.evaluate(Lanes::Zero(systems.lanes(), knots), ConstraintRows::Jacobian::kYes, state);
@@ -206,17 +206,14 @@ TEST_P(KeyframeSystems, AreTheDenseSystemWithTheKeyframesRows) {
 
 /// Both lines of the system that NOTATION.md states, for right-hand sides at random.
 TEST_P(KeyframeSystems, LetTheSaddleBeSolved) {
-  for (const int positions : {0, 5, 6}) {
-    const RandomProblem problem(51, GetParam(), Rows::kBoth,
-                                {EndCondition::kFree, EndCondition::kFree}, 7, positions, 24,
-                                positions == 6 ? Velocities::kYes : Velocities::kNo);
-    Parts parts(problem);
+  const auto expect_solved = [](const Parts& parts, ConstraintSpace::Form form) {
     std::mt19937_64 generator(52);
     Eigen::VectorXd r(parts.size()), c(parts.rows.count()), m;
     for (auto& value : r) value = uniform(generator);
     for (auto& value : c) value = uniform(generator);
     ConstraintSpace space;
-    space.factor(parts.systems, parts.rows, parts.state.jacobian);
+    space.factor(parts.systems, parts.rows, parts.state.jacobian, form);
+    EXPECT_EQ(space.form(), form);
     Lanes work = parts.lanes(r), d;
     space.saddle(parts.systems, parts.rows, work, c, d, m);
     const Eigen::MatrixXd jacobian = parts.jacobian();
@@ -225,6 +222,15 @@ TEST_P(KeyframeSystems, LetTheSaddleBeSolved) {
     const Eigen::VectorXd below = jacobian * step + m.cwiseQuotient(parts.rows.weight()) - c;
     EXPECT_LT(above.norm(), 1e-9 * (r.norm() + m.norm()));
     EXPECT_LT(below.norm(), 1e-9 * c.norm());
+  };
+  for (const EndCondition end : {EndCondition::kFree, EndCondition::kCyclic}) {
+    for (const int positions : {0, 5, 6}) {
+      const RandomProblem problem(51, GetParam(), Rows::kBoth, {end, end}, 7, positions, 24,
+                                  positions == 6 ? Velocities::kYes : Velocities::kNo);
+      const Parts parts(problem);
+      expect_solved(parts, ConstraintSpace::Form::kRows);
+      expect_solved(parts, ConstraintSpace::Form::kFrames);
+    }
   }
 }
 

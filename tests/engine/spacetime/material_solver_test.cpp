@@ -102,7 +102,7 @@ void expect_no_worse(const MaterialScene& scene, const MaterialReport& report) {
 void expect_step_of_the_assembled_system(const MaterialScene& scene) {
   ConstraintRows rows(scene.kinematics, {}, kChainCoordinates);
   ModeSystems systems(scene.material.dynamics, scene.timeline);
-  rows.rebuild(set_of(scene), systems.frames().first(), systems.frames().last());
+  rows.rebuild(set_of(scene), systems.frames());
   systems.set_knots(rows.knots());
   MaterialPoint point;
   point.mixing = scene.material.mixing;

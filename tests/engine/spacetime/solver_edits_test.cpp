@@ -1,8 +1,11 @@
 // Long histories of edits: the state must not drift away from what the present problem says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "engine/spacetime/solver.h"
 #include "tests/engine/spacetime/dense_reference.h"
+#include "tests/engine/spacetime/ends.h"
 #include "tests/engine/spacetime/scenes.h"
 #include "tests/support/literal_spacetime.h"
 
@@ -260,6 +263,127 @@ TEST(SolverEdits, RandomEditsWithExactRowsEndAtTheColdSolve) {
     ASSERT_NEAR(warm.total_energy, dense.energy, 1e-6 * dense.energy) << i;
   }
 }
+
+/// Constraints that act in a window alone.
+class LocalEdits : public ::testing::TestWithParam<Ends> {
+ protected:
+  static constexpr int kFrames = 90;
+
+  std::shared_ptr<testing::ChainKinematics> chain_ =
+      std::make_shared<testing::ChainKinematics>(6, 8, 1.0, 2.0, 3);
+  Timeline timeline_{kFrames, GetParam().first, GetParam().last};
+
+  [[nodiscard]] static ModeDynamics calm() {
+    ModeDynamics dynamics = test_dynamics(6, 30, 0.3);
+    dynamics.discretisation = Discretisation::kSampled;
+    dynamics.smoothing = 6;
+    return dynamics;
+  }
+  [[nodiscard]] std::vector<PositionConstraint> unlimited() const {
+    return test_constraints(*chain_, 4, timeline_, 0.3, 100, 5);
+  }
+  [[nodiscard]] PositionConstraint local(int frame, int reach, double weight) const {
+    PositionConstraint made = test_constraints(*chain_, 1, timeline_, 0.4, weight, 8)[0];
+    made.id = 50;
+    made.frame = frame;
+    made.reach = reach;
+    return made;
+  }
+  [[nodiscard]] Solver solver(const std::vector<PositionConstraint>& constraints) const {
+    Solver made(chain_, calm(), timeline_);
+    for (const PositionConstraint& constraint : constraints) made.add(constraint);
+    return made;
+  }
+};
+
+TEST_P(LocalEdits, LeaveTheMotionOutsideTheirReach) {
+  for (const double weight : {100.0, kExact}) {
+    Solver solver = this->solver(unlimited());
+    ASSERT_EQ(solver.solve().status, SolveStatus::kConverged);
+    const Eigen::MatrixXd before = solver.motion();
+    solver.add(local(45, 12, weight));
+    const SolveReport report = solver.solve();
+    ASSERT_EQ(report.status, SolveStatus::kConverged) << report.message;
+    double inside = 0;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const double change = (solver.motion().col(frame) - before.col(frame)).cwiseAbs().maxCoeff();
+      if (frame < 33 || frame > 57) {
+        EXPECT_LE(change, 1e-9) << frame;
+      } else {
+        inside = std::max(inside, change);
+      }
+    }
+    EXPECT_GT(inside, 0.05);
+    // It goes over into the motion outside without a corner.
+    for (const int border : {33, 58}) {
+      const auto bend = [&](int frame) {
+        return (solver.motion().col(frame - 1) - 2 * solver.motion().col(frame) +
+                solver.motion().col(frame + 1))
+            .norm();
+      };
+      EXPECT_LT(bend(border), 2 * std::max(bend(border - 3), bend(border + 3)) + 0.02);
+    }
+    if (weight == kExact) {
+      EXPECT_LT(report.max_exact_error, 1e-7);
+    }
+    solver.remove(50);
+    ASSERT_EQ(solver.solve().status, SolveStatus::kConverged);
+    EXPECT_LE((solver.motion() - before).cwiseAbs().maxCoeff(), 1e-5);
+  }
+}
+
+/// The answer is of the constraints, not of the order in which they came.
+TEST_P(LocalEdits, DoNotDependOnTheirOrder) {
+  auto all = unlimited();
+  all.push_back(local(45, 10, 100));
+  all.push_back(local(52, 8, 100));
+  all.back().id = 51;
+  Solver first = solver(all);
+  const SolveReport one = first.solve();
+  std::reverse(all.begin(), all.end());
+  Solver second(chain_, calm(), timeline_);
+  for (const PositionConstraint& constraint : all) {
+    second.add(constraint);
+    second.solve();
+  }
+  const SolveReport other = second.solve();
+  ASSERT_EQ(one.status, SolveStatus::kConverged);
+  ASSERT_EQ(other.status, SolveStatus::kConverged);
+  EXPECT_NEAR(one.total_energy, other.total_energy, 1e-6 * one.total_energy);
+  EXPECT_LE((first.motion() - second.motion()).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+TEST_P(LocalEdits, FollowWhatChangesTheWholeMotion) {
+  auto all = unlimited();
+  Solver solver = this->solver(all);
+  solver.add(local(45, 10, 100));
+  solver.solve();
+  all[0].target *= 1.3;
+  solver.move(all[0].id, all[0].target);
+  ASSERT_EQ(solver.solve().status, SolveStatus::kConverged);
+  Solver base = this->solver(all);
+  base.solve();
+  for (int frame = 0; frame < kFrames; ++frame) {
+    if (frame >= 35 && frame <= 55) continue;
+    EXPECT_LE((solver.motion().col(frame) - base.motion().col(frame)).cwiseAbs().maxCoeff(), 1e-5)
+        << frame;
+  }
+  solver.set_dynamics(test_dynamics(6, 40, 0.1));
+  EXPECT_EQ(solver.solve().status, SolveStatus::kConverged);
+}
+
+TEST_P(LocalEdits, OfTheWholeTimeAreOrdinaryOnes) {
+  auto all = unlimited();
+  all.push_back(local(45, kFrames, 100));
+  Solver everywhere = solver(all);
+  const SolveReport one = everywhere.solve();
+  all.back().reach.reset();
+  Solver ordinary = solver(all);
+  EXPECT_NEAR(one.total_energy, ordinary.solve().total_energy, 1e-7 * one.total_energy);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LocalEdits, ::testing::ValuesIn(all_ends()),
+                         ::testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace limber::spacetime

@@ -80,7 +80,7 @@ class RowsEnergy {
  public:
   RowsEnergy(const ChainProblem& problem, const Eigen::MatrixXd& mixing, int modes)
       : modes_(modes), rows_(problem.kinematics, mixing, modes) {
-    rows_.rebuild(problem.set, 2, problem.timeline.frame_count - 3);
+    rows_.rebuild(problem.set, FreeFrames(problem.timeline));
     Eigen::VectorXd multiplier(rows_.count());
     for (int row = 0; row < rows_.count(); ++row) multiplier[row] = 0.1 * (row % 5 - 2);
     rows_.set_multipliers(multiplier);
@@ -166,7 +166,7 @@ TEST(VelocityRows, SystemsAreThoseOfTheAssembledMatrices) {
   const ChainProblem problem(3e4);
   ModeSystems systems(problem.dynamics, problem.timeline);
   ConstraintRows rows(problem.kinematics, {}, systems.modes());
-  rows.rebuild(problem.set, systems.frames().first(), systems.frames().last());
+  rows.rebuild(problem.set, systems.frames());
   systems.set_knots(rows.knots());
   const int modes = systems.modes(), size = modes * systems.kept_count();
   std::mt19937_64 generator(4);

@@ -50,6 +50,7 @@ void PrintTo(EndCondition end, std::ostream* out) {
     LIMBER_NAME(EndCondition::kFree);
     LIMBER_NAME(EndCondition::kPinnedPosition);
     LIMBER_NAME(EndCondition::kPinnedPositionVelocity);
+    LIMBER_NAME(EndCondition::kCyclic);
   }
   *out << "EndCondition(" << static_cast<int>(end) << ")";
 }
@@ -72,6 +73,7 @@ void PrintTo(End end, std::ostream* out) {
     LIMBER_NAME(End::kFree);
     LIMBER_NAME(End::kPinnedPosition);
     LIMBER_NAME(End::kPinnedPositionVelocity);
+    LIMBER_NAME(End::kCyclic);
   }
   *out << "End(" << static_cast<int>(end) << ")";
 }
