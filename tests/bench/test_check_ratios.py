@@ -114,6 +114,15 @@ def test_recording_takes_the_least_of_three_runs(check, monkeypatch):
     assert document["ratios"]["x86-64-v3"] == {"solve": 50.0, "factor": 10.0}, "other levels stay"
 
 
+def test_a_record_keeps_the_least_of_all_machines_unless_it_is_made_anew(check, monkeypatch):
+    monkeypatch.setattr(check.module, "measure", lambda only=(): ("x86-64-v3", {"solve": 60.0, "factor": 9.0}))
+    assert check.module.main(["--record"]) == 0
+    assert json.loads(check.module.RECORD.read_text())["ratios"]["x86-64-v3"] == {"solve": 50.0, "factor": 9.0}
+    assert check.module.main(["--anew"]) == 0
+    assert json.loads(check.module.RECORD.read_text())["ratios"]["x86-64-v3"] == {"solve": 60.0, "factor": 9.0}
+    assert check.module.main(["--anew", "--record"]) == 2
+
+
 def test_the_record_of_the_repository_can_fail():
     """A run in which everything took twice as long must not pass against what is recorded."""
     module = load_script()

@@ -101,6 +101,7 @@ def building_at(limberd, tmp_path):
     running.close()
 
 
+@pytest.mark.timeout(240)  # a build, a silence of 9 s, and the build once more, beside other tests
 def test_sessions_are_opened_over_orderly_restarts(building_at):
     with limber.connect(building_at.endpoint) as server:
         begun = server.open(sample="flower", session="begun", progress=False, wait=False)
@@ -187,7 +188,7 @@ def test_who_waits_gets_the_result_from_the_next_run(storing_at):
         storing_at.restart(signal.SIGTERM, 9.0)
         tip = tip_of(session)
         other.session("cup").add(node=tip, frame=30, displacement=(0, 0.1, 0))
-        waiting.join(20)
+        waiting.join(45)
         assert found == [1]
 
 
