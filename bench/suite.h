@@ -57,6 +57,7 @@ void beams_suite(const SuiteOptions& options, Recorder& recorder);
 void exact_suite(const SuiteOptions& options, Recorder& recorder);
 void modes_suite(const SuiteOptions& options, Recorder& recorder);
 void calm_suite(const SuiteOptions& options, Recorder& recorder);
+void paths_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_errors_suite(const SuiteOptions& options, Recorder& recorder);
 void estimates_suite(const SuiteOptions& options, Recorder& recorder);

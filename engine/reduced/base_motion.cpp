@@ -80,6 +80,8 @@ BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& mode
       result.direct.col(frame) -= model.map * g;
     }
   }
+  result.load =
+      base_load(body, model.modes, model.rigid_count + model.mechanism_count, displacements);
   job.report("base motion", 1);
   return result;
 }

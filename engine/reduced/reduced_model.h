@@ -8,6 +8,7 @@
 
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
+#include "engine/reduced/base_load.h"
 #include "engine/reduced/kinematics.h"
 #include "engine/reduced/site.h"
 
@@ -120,6 +121,7 @@ struct ReducedModel {
 struct BaseMotion {
   Eigen::MatrixXd rs;      // 9T x N, RS coordinates of the cubature tets
   Eigen::MatrixXd direct;  // h x N, added to q (rigid translation of the frames of a free body)
+  BaseLoad load;           // of all R columns of W-hat
 };
 
 /// No tet loses a full turn in time, for steps of less than half a turn. z adds to theta, and next

@@ -15,7 +15,12 @@
 
 namespace limber::scene {
 
-enum class End { kFree, kPinnedPosition, kPinnedPositionVelocity };
+enum class End {
+  kFree,
+  kPinnedPosition,
+  kPinnedPositionVelocity,
+  kCyclic,  // of both ends or of none: the last frame leads into the first, as if N frames before
+};
 enum class Cubature { kFittedMaps, kWeights };
 /// Where the columns that span the body's shapes come from.
 enum class Basis { kBest, kSnapshots, kModalDerivatives, kMapDerivatives };
@@ -42,11 +47,15 @@ struct Dynamics {
   double damping_ratio = kCalmDamping;
   Discretisation discretisation = Discretisation::kSampled;
   double force_smoothing = kCalmSmoothing;  // [s], >= 0: about the time in which forces change
+  /// Of the body under its base motion, in [0, kGreatestInertia]: 1 lags behind as a body would, 0
+  /// follows. Of sampled modes.
+  double inertia = 0;
 
   /// Of sampled modes by default: keys of a tenth to a third of the body's length neither shake the
   /// body nor swing it to the other side, and two equal ones hold it between them (limber-bench
   /// calm).
   static constexpr double kCalmDamping = 0.7, kCalmSmoothing = 0.5;
+  static constexpr double kGreatestInertia = 10;
 };
 
 /// Dynamics of which some may be left to their defaults. Published differences have neither damping
@@ -57,6 +66,7 @@ struct DynamicsRequest {
   std::optional<double> damping_ratio = std::nullopt;
   std::optional<Discretisation> discretisation = std::nullopt;
   std::optional<double> force_smoothing = std::nullopt;
+  std::optional<double> inertia = std::nullopt;
 
   /// @param where_absent  the discretisation where none is requested
   [[nodiscard]] Dynamics resolved(Discretisation where_absent) const {
@@ -64,7 +74,7 @@ struct DynamicsRequest {
     const bool is_calm = chosen == Discretisation::kSampled;
     return {frames_per_second, period_frames,
             damping_ratio.value_or(is_calm ? Dynamics::kCalmDamping : 0), chosen,
-            force_smoothing.value_or(is_calm ? Dynamics::kCalmSmoothing : 0)};
+            force_smoothing.value_or(is_calm ? Dynamics::kCalmSmoothing : 0), inertia.value_or(0)};
   }
 };
 
@@ -126,6 +136,12 @@ struct SurfacePoint {
   PointSurface surface = PointSurface::kShown;
 };
 
+/// A further point of a path.
+struct PathKey {
+  int frame = 0;                       // later than that of the key before
+  Eigen::Vector3d target = {0, 0, 0};  // in the kind and unit of the constraint's
+};
+
 /// "In this frame, the (mean) position of these nodes is there", or their (mean) velocity is that;
 /// in place of nodes, of a point of a surface as it is shown.
 struct Constraint {
@@ -142,6 +158,16 @@ struct Constraint {
   double weight = 100;
   std::optional<SurfacePoint> point;
   std::optional<int> surface_vertex;  // of Scene::surface
+  /// Not empty: held in every frame from `frame`, there at `target`, to that of the last key
+  /// (target_in()). Not of velocities.
+  std::vector<PathKey> path = {};
+  /// How far the path begins and ends at rest, in [0, 1]: with 0 at the speed of its first and last
+  /// piece.
+  double ease_in = 1, ease_out = 1;
+  /// [s], > 0: frames farther from its own have the motion without it; absent: it acts everywhere.
+  std::optional<double> reach = std::nullopt;
+
+  [[nodiscard]] int last_frame() const { return path.empty() ? frame : path.back().frame; }
 };
 
 /// "In this frame, the body has this pose", as far as its modes can (paper: space-time editing,
@@ -193,6 +219,9 @@ inline constexpr const char* kHowToHoldExactly =
 /// the default.
 [[nodiscard]] int candidate_mode_count(const Scene& scene);
 
+inline constexpr const char* kEndsOfCycle =
+    "either both ends are cyclic, or none: the last frame leads into the first";
+
 /// How many frames an end condition holds; nothing for a number that is none.
 [[nodiscard]] std::optional<int> pinned_frames(End end);
 /// The velocity in a frame is the central difference of the shown frames,
@@ -201,7 +230,8 @@ inline constexpr const char* kHowToHoldExactly =
 struct VelocitySpan {
   int since = 0, until = 0;
 };
-[[nodiscard]] VelocitySpan velocity_span(int frame, int frame_count);
+/// In a cycle the frame before the first is the last.
+[[nodiscard]] VelocitySpan velocity_span(int frame, int frame_count, End first_end = End::kFree);
 /// The warning for a constraint in a frame that an end condition holds; nothing for others.
 [[nodiscard]] std::optional<std::string> idle_frame_warning(int frame, int frame_count,
                                                             End first_end, End last_end);

@@ -23,6 +23,15 @@ class Wish:
     node: int
     position: "tuple[float, float, float]"
     exact: bool = False
+    until: "int | None" = None  # a hold: in every frame from `frame` to this one
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How the whole motion is."""
+
+    calm: float = 0.8   # from 0, lively, to 1
+    loop: bool = False  # its last frame leads into the first
 
 
 @dataclass
@@ -40,7 +49,7 @@ class Body:
     youngs_modulus: float = 1e5
     density: float = 1000.0
     period: float = 0.0     # seconds of the slowest swing; 0: as the material has it
-    calm: float = 0.8       # from 0, lively, to 1
+    manner: Manner = Manner()
     modes: int = 20
     tolerance: float = 0.05
 
@@ -70,6 +79,11 @@ class Picture:
         return flat.reshape(len(self.coordinates), -1, 3) + self.rest
 
 
+def ends_of(manner: Manner) -> "dict[str, str]":
+    ends = "cyclic" if manner.loop else "position_velocity"
+    return {"first_end": ends, "last_end": ends}
+
+
 def find_server(endpoint: str = "", binary: str = "") -> "limber.Server":
     """The one at an endpoint; without one, one that answers at the default endpoint, else a new one of our own."""
     if endpoint:
@@ -90,7 +104,7 @@ class Live:
         self._endpoint, self._binary = endpoint, binary
         self._lock = threading.Condition()
         self._wishes: "tuple[Wish, ...]" = ()
-        self._calm = self._sent_calm = body.calm
+        self._manner = self._sent_manner = body.manner
         self._asked = 0       # wish() calls
         self._picture: "Picture | None" = None
         self._state, self._error, self._stopped = "connecting", "", False
@@ -116,11 +130,11 @@ class Live:
         """The newest."""
         return self._picture
 
-    def wish(self, wishes: "list[Wish]", calm: "float | None" = None) -> int:
-        """What the constraints are to be from now on, all of them, and how calm the motion; a number that pictures name."""
+    def wish(self, wishes: "list[Wish]", manner: "Manner | None" = None) -> int:
+        """What the constraints are to be from now on, all of them, and how the motion; a number that pictures name."""
         with self._lock:
             self._wishes = tuple(wishes)
-            self._calm = self._calm if calm is None else calm
+            self._manner = self._manner if manner is None else manner
             self._asked += 1
             self._lock.notify()
             return self._asked
@@ -173,7 +187,7 @@ class Live:
             scene = limber.scene_from_arrays(
                 nodes, filled.tets, name=body.name, frames=body.frames, fixed_nodes=fixed, frames_per_second=body.rate,
                 length_unit_in_metres=body.metres, youngs_modulus=body.youngs_modulus, density=body.density,
-                modes=body.modes, tolerance=body.tolerance, surface=path, **limber.liveliness(body.calm), **options)
+                modes=body.modes, tolerance=body.tolerance, surface=path, **limber.liveliness(body.manner.calm), **ends_of(body.manner), **options)
         self._state = "building"
         self._session = server.open(scene, progress=False, timeout=PATIENCE)
         self.nodes, self.surface_nodes = nodes, np.unique(self._session.geometry().surface)
@@ -189,10 +203,10 @@ class Live:
                 self._lock.wait_for(lambda: self._stopped or self._asked > done)
                 if self._stopped:
                     return
-                wishes, calm, number = self._wishes, self._calm, self._asked
+                wishes, manner, number = self._wishes, self._manner, self._asked
             self._state = "solving"
             try:
-                if self._send(wishes, calm):
+                if self._send(wishes, manner):
                     self._session.wait(until="first", timeout=PATIENCE)
                     self._show(number, final=False)
                     self._settle(number)
@@ -224,13 +238,13 @@ class Live:
             self._show(number, final=True)
             return
 
-    def _send(self, wishes: "tuple[Wish, ...]", calm: float) -> bool:
+    def _send(self, wishes: "tuple[Wish, ...]", manner: Manner) -> bool:
         """The edits between the constraints and the wishes, as one revision; False: there are none."""
         requested = {(wish.handle, wish.frame): wish for wish in wishes}
         edits, changes = [], []
         for key, (wish, id) in list(self._sent.items()):
             now = requested.get(key)
-            if now is None or (now.node, now.exact) != (wish.node, wish.exact):
+            if now is None or (now.node, now.exact, now.until) != (wish.node, wish.exact, wish.until):
                 edits.append(limber.remove(id))
                 changes.append((key, None))
             elif now.position != wish.position:
@@ -239,14 +253,17 @@ class Live:
         gone = {key for key, value in changes if value is None}
         for key, wish in requested.items():
             if key not in self._sent or key in gone:
-                edits.append(limber.add(frame=wish.frame, node=wish.node, position=wish.position, exact=wish.exact))
+                edits.append(limber.add(frame=wish.frame, node=wish.node, position=wish.position, exact=wish.exact,
+                                        until=wish.until))
                 changes.append((key, wish))
-        if calm != self._sent_calm:
-            edits.append(limber.dynamics(**limber.liveliness(calm)))
+        if manner.calm != self._sent_manner.calm:
+            edits.append(limber.dynamics(**limber.liveliness(manner.calm)))
+        if manner.loop != self._sent_manner.loop:
+            edits.append(limber.ends(*ends_of(manner).values()))
         if not edits:
             return False
         receipt = self._session.edit(edits)
-        self._sent_calm = calm
+        self._sent_manner = manner
         for (key, value), id in zip(changes, receipt.constraint_ids):
             if value is None:
                 del self._sent[key]

@@ -15,6 +15,7 @@ class Settings(bpy.types.PropertyGroup):
                                     description="Seconds of the slowest swing; 0: as the stiffness has it")
     calm: bpy.props.FloatProperty(name="Lively to calm", default=0.8, min=0, max=1, subtype="FACTOR",
                                   description="0: swings on after a key; 1: comes to rest without a swing")
+    loop: bpy.props.BoolProperty(name="Loop", default=False, description="The last frame leads into the first")
     modes: bpy.props.IntProperty(name="Modes", default=20, min=1, max=200)
     tolerance: bpy.props.FloatProperty(name="Tolerance", default=0.05, min=1e-4, max=1)
     endpoint: bpy.props.StringProperty(name="Server", description="Of a limberd that runs; empty: one is found or started")
@@ -34,7 +35,7 @@ class Panel(bpy.types.Panel):
         layout, settings, object = self.layout, context.scene.limber, context.object
         link = LINKS.get(object.get("limber_object", object.name)) if object else None
         if link is None:
-            for name in ("tets", "youngs_modulus", "density", "period", "calm", "modes", "tolerance", "endpoint", "binary"):
+            for name in ("tets", "youngs_modulus", "density", "period", "calm", "loop", "modes", "tolerance", "endpoint", "binary"):
                 layout.prop(settings, name)
             layout.label(text=f'The vertex group "{FIXED}" is held')
             layout.operator("limber.start")
@@ -43,9 +44,11 @@ class Panel(bpy.types.Panel):
         if link.live.error:
             layout.label(text=link.live.error, icon="ERROR")
         layout.prop(settings, "calm")
+        layout.prop(settings, "loop")
         layout.operator("limber.add_handle")
         if object.get("limber_object"):
             layout.prop(object, '["limber_exact"]', text="Exact")
+            layout.prop(object, '["limber_hold"]', text="Held for frames")
             layout.label(text="Location keys: more frames")
         layout.prop(settings, "cache_path")
         layout.operator("limber.bake_shape_keys")

@@ -19,6 +19,10 @@ def rate_of(scene) -> float:
     return scene.render.fps / scene.render.fps_base
 
 
+def manner_of(settings) -> live.Manner:
+    return live.Manner(settings.calm, settings.loop)
+
+
 class Link:
     """One object and its session."""
 
@@ -46,9 +50,9 @@ class Link:
                               frames=self.frames, rate=self.rate, metres=scene.unit_settings.scale_length,
                               fixed=np.array(fixed, dtype=int), tets=settings.tets,
                               youngs_modulus=settings.youngs_modulus, density=settings.density, period=settings.period,
-                              calm=settings.calm, modes=settings.modes, tolerance=settings.tolerance)
+                              manner=manner_of(settings), modes=settings.modes, tolerance=settings.tolerance)
         self.live = live.Live(self.body, endpoint, binary)
-        self._wished: "tuple[list[live.Wish], float] | None" = None
+        self._wished: "tuple[list[live.Wish], live.Manner] | None" = None
         self.asked = 0
         self.showing = True  # false once the motion is baked
         self._shown = (-1, None)
@@ -89,14 +93,16 @@ class Link:
                 if frame == now:  # as it is dragged, before a key is set
                     place = np.array(empty.matrix_world.translation)
                 position = tuple(float(np.float32(x)) + float(y) for x, y in zip(place, offset))
-                made.append(live.Wish(empty.name, frame, node, position, bool(empty.get("limber_exact", False))))
+                held = int(empty.get("limber_hold", 0))
+                until = min(frame + held, self.frames - 1) if held > 0 and frame < self.frames - 1 else None
+                made.append(live.Wish(empty.name, frame, node, position, bool(empty.get("limber_exact", False)), until))
         return made
 
     def push(self) -> bool:
         """Tells the session what has changed; True: something has."""
         if self.live.state in ("connecting", "filling", "building", "failed", "closed"):
             return False
-        wished = self.wishes(), self.scene.limber.calm
+        wished = self.wishes(), manner_of(self.scene.limber)
         if wished == self._wished:
             return False
         self._wished = wished
@@ -178,6 +184,7 @@ def add_handle(link: Link, place, frame: int):
     empty.location = Vector(shape[vertex].tolist())
     empty[HANDLE], empty["limber_node"], empty["limber_frame"] = link.name, node, frame
     empty["limber_exact"] = 0
+    empty["limber_hold"] = 0  # frames
     # The node is not quite where the vertex is: it keeps its distance. Far from the origin Blender rounds the empty's place.
     rounded = shape[vertex] - np.array(empty.location, dtype=float)
     empty["limber_offset"] = (link.live.nodes[node] - link.body.vertices[vertex] + rounded).tolist()

@@ -35,7 +35,37 @@ struct ConstraintOptions {
   std::vector<double> position, displacement, velocity;
   std::optional<double> weight;
   bool exact = false;
+  std::optional<unsigned> until;
+  std::vector<std::string> path;
+  std::optional<double> ease_in, ease_out, reach;
 };
+
+/// F,X,Y,Z: a further key of a path; nothing for other texts.
+std::optional<v1::PathKey> path_key(const std::string& text) {
+  std::vector<double> numbers;
+  std::istringstream parts(text);
+  v1::PathKey key;
+  std::string part;
+  for (int i = 0; std::getline(parts, part, ','); ++i) {
+    if (i == 0) {
+      const auto frame = parse_number<std::uint32_t>(part);
+      if (!frame) return std::nullopt;
+      key.set_frame(*frame);
+      continue;
+    }
+    const auto number = parse_number<double>(part);
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  if (numbers.size() != 3 || text.ends_with(',')) return std::nullopt;
+  *key.mutable_target() = client::message(vector(numbers));
+  return key;
+}
+
+std::string check_path_key(const std::string& text) {
+  if (path_key(text)) return {};
+  return "a key is a frame and a target of the constraint's kind, e.g. 40,0,0.1,0";
+}
 
 /// T,W0,W1,W2: a triangle and the weights of its corners; nothing for other texts.
 std::optional<v1::SurfacePoint> surface_point(const std::string& text) {
@@ -80,6 +110,11 @@ v1::Constraint constraint(const ConstraintOptions& options) {
     *message.mutable_displacement() = client::message(vector(options.displacement));
   if (options.exact) message.set_exact(true);
   if (options.weight) message.set_weight(*options.weight);
+  if (options.until) message.add_path()->set_frame(*options.until);
+  for (const std::string& key : options.path) *message.add_path() = path_key(key).value();
+  if (options.ease_in) message.set_ease_in(*options.ease_in);
+  if (options.ease_out) message.set_ease_out(*options.ease_out);
+  if (options.reach) message.set_reach(*options.reach);
   return message;
 }
 
@@ -117,6 +152,22 @@ void add_constraint_options(CLI::App& command, ConstraintOptions& options) {
                    "frames per second: x y z [length unit / s]")
       ->expected(3);
   target->require_option(1);
+  auto* until = command.add_option("--until", options.until,
+                                   "A hold: in every frame from --frame to this one");
+  command
+      .add_option(
+          "--path", options.path,
+          "F,X,Y,Z: a further key, as often as there are keys; the constraint acts in every "
+          "frame from --frame to the last of them")
+      ->check(CLI::Validator(check_path_key, "KEY"))
+      ->excludes(until);
+  command.add_option("--ease-in", options.ease_in,
+                     "How far a path begins at rest, 0 to 1 (default: 1)");
+  command.add_option("--ease-out", options.ease_out,
+                     "How far a path ends at rest, 0 to 1 (default: 1)");
+  command.add_option(
+      "--reach", options.reach,
+      "How far in time it acts [s]; farther away the motion stays as it is without it");
   command.add_option("--axes", options.axes, "Which axes count, e.g. xz (default: all)")
       ->check(CLI::Validator(check_axes, "AXES"));
   auto* weight = command.add_option("--weight", options.weight,
@@ -212,17 +263,20 @@ void ends_command(CLI::App& app, Context& context) {
   static const std::map<std::string, v1::EndCondition> kEnds = {
       {"free", v1::END_CONDITION_FREE},
       {"position", v1::END_CONDITION_PINNED_POSITION},
-      {"position_velocity", v1::END_CONDITION_PINNED_POSITION_VELOCITY}};
+      {"position_velocity", v1::END_CONDITION_PINNED_POSITION_VELOCITY},
+      {"cyclic", v1::END_CONDITION_CYCLIC}};
   auto options = std::make_shared<Options>();
-  auto* command = subcommand(app, "ends", "What holds the motion at its first and last frame",
+  auto* command = subcommand(app, "ends",
+                             "What holds the motion at its first and last frame; cyclic at both: a "
+                             "loop, in which the last frame leads into the first",
                              "limber ends flower --first position_velocity --last free");
   command->add_option("session", options->session, "Session")->required();
   command->add_option("--first", options->first, "First frame")
       ->required()
-      ->check(CLI::IsMember({"free", "position", "position_velocity"}));
+      ->check(CLI::IsMember(kEnds));
   command->add_option("--last", options->last, "Last frame")
       ->required()
-      ->check(CLI::IsMember({"free", "position", "position_velocity"}));
+      ->check(CLI::IsMember(kEnds));
   command->callback([&context, options] {
     auto session = context.session<BodySession>(options->session);
     print_receipt(context, session.ends(kEnds.at(options->first), kEnds.at(options->last)));
@@ -249,6 +303,8 @@ void dynamics_command(CLI::App& app, Context& context) {
                      "Of critical, in [0, 1): of the lowest elastic mode");
   values->add_option("--force-smoothing", options->change.force_smoothing,
                      "About the time in which control forces change [s]; 0: none");
+  values->add_option("--inertia", options->change.inertia,
+                     "Under a base motion: 1 lags behind as a body would, 0 follows; at most 10");
   values
       ->add_option("--discretisation", options->change.discretisation,
                    "sampled: free motion is exact at the frames; differences: as published")
@@ -257,7 +313,7 @@ void dynamics_command(CLI::App& app, Context& context) {
               {"sampled", v1::TIME_DISCRETISATION_SAMPLED},
               {"differences", v1::TIME_DISCRETISATION_DIFFERENCES}},
           CLI::ignore_case));
-  values->require_option(1, 5);
+  values->require_option(1, 6);
   command->callback([&context, options] {
     auto session = context.session<BodySession>(options->session);
     print_receipt(context, session.dynamics(options->change));

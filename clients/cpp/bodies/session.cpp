@@ -74,6 +74,7 @@ v1::EditResponse BodySession::dynamics(const DynamicsChange& change) {
     if (change.damping_ratio) dynamics.set_damping_ratio(*change.damping_ratio);
     if (change.discretisation) dynamics.set_discretisation(*change.discretisation);
     if (change.force_smoothing) dynamics.set_force_smoothing(*change.force_smoothing);
+    if (change.inertia) dynamics.set_inertia(*change.inertia);
     try {
       return edit({whole}, now.status().revision());
     } catch (const ClientError& error) {

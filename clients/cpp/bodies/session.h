@@ -18,6 +18,7 @@ struct DynamicsChange {
   std::optional<double> damping_ratio;  // of critical, in [0, 1): of the lowest mode
   std::optional<v1::TimeDiscretisation> discretisation;
   std::optional<double> force_smoothing;  // [s], >= 0
+  std::optional<double> inertia;          // under a base motion, in [0, 10]
 };
 
 /// What a keyframe gets; what is not given stays as it is.

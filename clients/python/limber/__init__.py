@@ -25,7 +25,7 @@ from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .bodies.material import Material, Mode
 from .bodies.modal import Modal, ModalMotion
-from .bodies.motions import base_motion
+from .bodies.motions import animated_pins, base_motion
 from .bodies.picking import SurfacePoint
 from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
@@ -67,7 +67,7 @@ __all__ = [
     "MotionUpdate", "OpenSession", "OtherOptimum", "OutOfReach", "Placement", "Receipt", "Recovery", "Result", "RevisionMade", "Saved", "Server",
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "SnapWarning",
     "StartComparison", "StartingGrid", "StreamedFrames", "StrengthWarning", "SurfacePoint", "Target", "add",
-    "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
+    "add_keyframe", "animated_pins", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
     "launch", "linkage_scene", "liveliness", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",
     "simulation", "undo",

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
+#include "engine/scene/constraint_path.h"
 #include "engine/scene/embedding/surface_points.h"
 #include "engine/scene/keyframe_rules.h"
 #include "engine/scene/pose_rules.h"
@@ -85,6 +86,8 @@ class SceneValidator {
                                   pinned < 3 ? "" : fmt::format(", as the ends hold {}", pinned),
                                   scene_.frame_count));
     }
+    if ((scene_.first_end == End::kCyclic) != (scene_.last_end == End::kCyclic))
+      error("last_end", kEndsOfCycle);
     const Dynamics& dynamics = scene_.dynamics;
     if (!(dynamics.frames_per_second > 0) || !std::isfinite(dynamics.frames_per_second)) {
       error("dynamics.frames_per_second",
@@ -106,6 +109,8 @@ class SceneValidator {
       error("dynamics.force_smoothing",
             "must be >= 0 s and finite, is " + number(dynamics.force_smoothing));
     }
+    if (dynamics.inertia > 0 && scene_.base_motion.size() == 0)
+      warning("dynamics.inertia", "has no effect: the scene has no base motion");
   }
 
   bool check_magnitude(const std::string& field, double value, const char* unit) {
@@ -357,6 +362,11 @@ class SceneValidator {
       }
       if (!constraint.target.allFinite())
         error(field + ".target", "has a coordinate that is not finite");
+      try {
+        check_path(constraint, scene_.frame_count);
+      } catch (const Error& problem) {
+        error(field + "." + problem.field(), problem.what(), problem.code());
+      }
       if (std::isfinite(constraint.weight) && constraint.weight > kGreatestWeight) {
         error(field + ".weight",
               fmt::format("must be <= {:g}, is {:g} ({})", kGreatestWeight, constraint.weight,
@@ -460,6 +470,7 @@ int candidate_mode_count(const Scene& scene) {
 std::optional<int> pinned_frames(End end) {
   switch (end) {
     case End::kFree:
+    case End::kCyclic:
       return 0;
     case End::kPinnedPosition:
       return 1;
@@ -468,6 +479,20 @@ std::optional<int> pinned_frames(End end) {
   }
   return std::nullopt;
 }
+
+namespace {
+
+/// Of a path all of whose frames are held.
+std::optional<std::string> idle_path_warning(const Constraint& path, int frame_count, End first_end,
+                                             End last_end) {
+  if (path.last_frame() >= pinned_frames(first_end).value_or(0) &&
+      path.frame < frame_count - pinned_frames(last_end).value_or(0))
+    return std::nullopt;
+  return fmt::format("frames {} to {} are held by the end condition: the path cannot change them",
+                     path.frame, path.last_frame());
+}
+
+}  // namespace
 
 std::optional<std::string> idle_frame_warning(int frame, int frame_count, End first_end,
                                               End last_end) {
@@ -478,15 +503,19 @@ std::optional<std::string> idle_frame_warning(int frame, int frame_count, End fi
                      frame);
 }
 
-VelocitySpan velocity_span(int frame, int frame_count) {
+VelocitySpan velocity_span(int frame, int frame_count, End first_end) {
+  if (first_end == End::kCyclic)
+    return {(frame + frame_count - 1) % frame_count, (frame + 1) % frame_count};
   return {std::max(0, frame - 1), std::min(frame_count - 1, frame + 1)};
 }
 
 std::optional<std::string> idle_frame_warning(const Constraint& constraint, int frame_count,
                                               End first_end, End last_end) {
+  if (!constraint.path.empty())
+    return idle_path_warning(constraint, frame_count, first_end, last_end);
   if (constraint.kind != TargetKind::kVelocity)
     return idle_frame_warning(constraint.frame, frame_count, first_end, last_end);
-  const auto [since, until] = velocity_span(constraint.frame, frame_count);
+  const auto [since, until] = velocity_span(constraint.frame, frame_count, first_end);
   if (!idle_frame_warning(since, frame_count, first_end, last_end) ||
       !idle_frame_warning(until, frame_count, first_end, last_end))
     return std::nullopt;

@@ -19,7 +19,8 @@ std::size_t bytes_of_group(const ChangeGroup& group) {
   for (const Change& change : group) {
     const auto* constraint = std::get_if<ConstraintChange>(&change);
     if (constraint != nullptr && constraint->value)
-      bytes += scene::node_count_of(*constraint->value) * sizeof(int);
+      bytes += scene::node_count_of(*constraint->value) * sizeof(int) +
+               constraint->value->path.size() * sizeof(scene::PathKey);
     const auto* keyframe = std::get_if<KeyframeChange>(&change);
     if (keyframe != nullptr && keyframe->value)
       bytes += static_cast<std::size_t>(keyframe->value->pose->size()) * sizeof(double);

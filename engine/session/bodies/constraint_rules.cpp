@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/scene/constraint_path.h"
 
 namespace limber::session {
 namespace {
@@ -62,6 +63,8 @@ void ConstraintRules::check(const scene::Constraint& constraint) const {
                 "the kind of target is neither displacement nor position nor velocity");
   }
   check_target(constraint.target);
+  scene::check_path(constraint, frame_count_);
+  for (const scene::PathKey& key : constraint.path) check_target(key.target);
   check_weight(constraint.weight);
 }
 
@@ -158,6 +161,8 @@ void ConstraintRules::check_ends(End first, End last) const {
   const std::optional<int> at_last = scene::pinned_frames(last);
   if (!at_first) throw Error(ErrorCode::kInvalidArgument, "first_end", "no such end condition");
   if (!at_last) throw Error(ErrorCode::kInvalidArgument, "last_end", "no such end condition");
+  if ((first == End::kCyclic) != (last == End::kCyclic))
+    throw Error(ErrorCode::kInvalidArgument, "last_end", scene::kEndsOfCycle);
   const int held = *at_first + *at_last;
   if (held >= frame_count_) {
     throw Error(ErrorCode::kInvalidArgument, "last_end",
@@ -171,6 +176,7 @@ void ConstraintRules::check_dynamics(const scene::Dynamics& dynamics) {
   check_period(dynamics);
   check_damping(dynamics);
   check_smoothing(dynamics);
+  check_inertia(dynamics);
 }
 
 void ConstraintRules::check_frames_per_second(const scene::Dynamics& dynamics) {
@@ -191,6 +197,14 @@ void ConstraintRules::check_smoothing(const scene::Dynamics& dynamics) {
   const double most = 1e6 / dynamics.frames_per_second;
   demand_range("force_smoothing", dynamics.force_smoothing, 0, most,
                fmt::format("in [0, {:g}] s (1e6 frames)", most).c_str());
+}
+
+void ConstraintRules::check_inertia(const scene::Dynamics& dynamics) {
+  demand_range("inertia", dynamics.inertia, 0, scene::Dynamics::kGreatestInertia, "in [0, 10]");
+  if (dynamics.inertia > 0 && dynamics.discretisation == scene::Discretisation::kDifferences) {
+    throw Error(ErrorCode::kInvalidArgument, "inertia",
+                "needs sampled modes (dynamics.discretisation)");
+  }
 }
 
 }  // namespace limber::session

@@ -38,6 +38,7 @@ class ConstraintRules {
   static void check_period(const scene::Dynamics& dynamics);
   static void check_damping(const scene::Dynamics& dynamics);
   static void check_smoothing(const scene::Dynamics& dynamics);
+  static void check_inertia(const scene::Dynamics& dynamics);
 
   /// Why a constraint that check() accepts moves nothing: its frame is held by an end, all its
   /// nodes are fixed. Fields as in check().

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/scene/constraint_path.h"
 #include "engine/session/core/edit_request.h"
 #include "engine/session/core/limit_error.h"
 
@@ -100,6 +101,7 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
   note("dynamics.", [&] { ConstraintRules::check_period(scene.dynamics); });
   note("dynamics.", [&] { ConstraintRules::check_damping(scene.dynamics); });
   note("dynamics.", [&] { ConstraintRules::check_smoothing(scene.dynamics); });
+  note("dynamics.", [&] { ConstraintRules::check_inertia(scene.dynamics); });
   note("", [&] { check_model(scene); });
   const bool body = scene.mesh.node_count() > 0;
   for (std::size_t i = 0; i < scene.constraints.size(); ++i) {
@@ -348,7 +350,14 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
         } else if constexpr (std::is_same_v<T, MoveConstraint>) {
           demand_known(e.id, "id");
           rules_.check_target(e.target);
-          make(TargetChange{e.id, e.target}, request);
+          if (const auto& held = constraints_.at(e.id); !held.path.empty()) {
+            scene::Constraint moved = held;
+            scene::move_path(moved, e.target);
+            rules_.check(moved);
+            make(ConstraintChange{e.id, std::move(moved)}, request);
+          } else {
+            make(TargetChange{e.id, e.target}, request);
+          }
           return {e.id, 0};
         } else if constexpr (std::is_same_v<T, ReplaceConstraint>) {
           demand_known(e.constraint.id, "constraint.id");

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "engine/session/bodies/impl.h"
+#include "engine/session/bodies/problem_mapping.h"
 
 namespace limber::session {
 namespace {
@@ -91,12 +92,13 @@ void BodySession::Impl::note_edited(const EditBatch& batch) {
   std::set<std::uint64_t> ids(batch.removed.begin(), batch.removed.end());
   for (const TargetChange& change : batch.moved) ids.insert(change.id);
   for (const scene::Constraint& constraint : batch.set) {
-    edited_.push_back(constraint.frame);
+    for (int frame = constraint.frame; frame <= constraint.last_frame(); ++frame)
+      edited_.push_back(frame);
     ids.insert(constraint.id);
   }
   if (problem_->started()) {  // where they are, or were
     for (const spacetime::PositionConstraint& constraint : problem_->solver().constraints())
-      if (ids.count(constraint.id) > 0) edited_.push_back(constraint.frame);
+      if (ids.count(constraint_of(constraint.id)) > 0) edited_.push_back(constraint.frame);
   }
   if (batch.keyframes) {
     for (const scene::Keyframe& keyframe : *batch.keyframes) edited_.push_back(keyframe.frame);

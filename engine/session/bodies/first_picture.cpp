@@ -73,7 +73,8 @@ std::shared_ptr<BodyResult> FirstPicture::result_of(const spacetime::SolveReport
   result->initial_material = problem_->initial_material();
   result->frames_per_second = problem_->frames_per_second();
   result->weight_scale = problem_->solver().weight_scale();
-  result->unit_force_energy = spacetime::unit_force_energy(*result->material, result->modal);
+  result->unit_force_energy = spacetime::unit_force_energy(
+      *result->material, result->modal, spacetime::beginning_of(problem_->solver().timeline()));
   problem_->model_coordinates(*result->material, result->modal, result->coordinates);
   result->shown = shown_;
   return result;

@@ -89,6 +89,12 @@ FarthestMove zigzag(const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordin
   return found;
 }
 
+Eigen::MatrixXf around_seam(const Eigen::MatrixXf& coordinates) {
+  Eigen::MatrixXf result(coordinates.rows(), coordinates.cols() + 2);
+  result << coordinates.rightCols<1>(), coordinates, coordinates.leftCols<1>();
+  return result;
+}
+
 FarthestMove farthest_from_rest(const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordinates,
                                 const JobContext& job) {
   return farthest_move(basis, coordinates.cast<double>(), job);

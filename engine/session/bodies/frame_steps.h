@@ -23,6 +23,9 @@ struct FarthestMove {
 [[nodiscard]] FarthestMove zigzag(const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordinates,
                                   const JobContext& job);
 
+/// A cycle between its last frame and its first one, h x (N + 2).
+[[nodiscard]] Eigen::MatrixXf around_seam(const Eigen::MatrixXf& coordinates);
+
 /// Largest distance of a node from rest, and its frame. Parameters and errors as above.
 [[nodiscard]] FarthestMove farthest_from_rest(const Eigen::MatrixXd& basis,
                                               const Eigen::MatrixXf& coordinates,

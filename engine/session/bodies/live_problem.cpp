@@ -4,11 +4,16 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/error.h"
 #include "engine/reduced/scaled_modes.h"
+#include "engine/scene/constraint_path.h"
 
 namespace limber::session {
 
 namespace {
+
+/// [frames] of a constraint that acts in part of the time.
+constexpr int kLeastReach = 1;
 
 bool same_modes(const spacetime::Material& a, const spacetime::Material& b) {
   return a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping &&
@@ -53,6 +58,7 @@ void LiveProblem::start(const EditBatch& whole) {
   projected_.clear();
   variables_ = whole.material->variables;
   frames_per_second_ = whole.dynamics->frames_per_second;
+  inertia_ = whole.dynamics->inertia;
   auto initial = std::make_shared<const spacetime::Material>(
       map_material(*whole.dynamics, terms_.mode_count, *model_));
   // Made anew after a failure: what was fitted is as good as it was.
@@ -62,6 +68,7 @@ void LiveProblem::start(const EditBatch& whole) {
   initial_ = std::move(initial);
   if (!again) material_ = initial_;
   unfinished_.reset();
+  first_end_ = whole.ends->first;
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
   set_keyframes(whole.keyframes.value());
@@ -69,23 +76,31 @@ void LiveProblem::start(const EditBatch& whole) {
 
 void LiveProblem::apply(const EditBatch& batch) {
   for (const std::uint64_t id : batch.removed) {
-    if (held_.erase(id) > 0) solver_->remove(id);
+    const auto known = held_.find(id);
+    if (known == held_.end()) continue;
+    remove(id, known->second.frames);
+    held_.erase(known);
   }
   if (batch.dynamics) set_frame_rate(batch.dynamics->frames_per_second);
   for (const scene::Constraint& constraint : batch.set) set(constraint);
   for (const TargetChange& move : batch.moved) {
     Held& held = held_.at(move.id);
     if (held.velocity) held.velocity->target = move.target;
+    if (held.local) held.local->target = move.target;
     solver_->move(move.id, map_target(move.target, held));
   }
-  if (batch.ends) solver_->set_timeline(map_end(batch.ends->first), map_end(batch.ends->last));
-  if (batch.dynamics) set_dynamics(*batch.dynamics);
+  if (batch.ends) set_ends(*batch.ends);
+  if (batch.dynamics) {
+    inertia_ = batch.dynamics->inertia;
+    set_dynamics(*batch.dynamics);
+  }
   if (batch.material) {
     // What a fit of other variables has mixed or tuned may not be changed by the next one.
     if (variables_ != batch.material->variables) unfinished_.reset();
     variables_ = batch.material->variables;
     enter_epoch(batch.material->epoch);
   }
+  if (base_ && (batch.dynamics || batch.ends || batch.material)) solver_->set_load(load());
   if (batch.keyframes) set_keyframes(*batch.keyframes);
   if (mostly_unused_sites()) shed_sites();
 }
@@ -145,6 +160,15 @@ bool LiveProblem::allows_high_frequencies() const {
 
 spacetime::MaterialSolver LiveProblem::material_solver(
     spacetime::MaterialOptions::MotionLimit limit) const {
+  const auto is_local = [](const auto& one) { return one.second.local.has_value(); };
+  if (std::any_of(held_.begin(), held_.end(), is_local)) {
+    throw Error(ErrorCode::kUnsupported, "reach",
+                "no material is fitted while constraints have a reach");
+  }
+  if (base_ && inertia_ > 0) {
+    throw Error(ErrorCode::kUnsupported, "dynamics.inertia",
+                "no material is fitted while the base motion has inertia");
+  }
   spacetime::MaterialOptions options;
   options.limit = std::move(limit);
   options.variables = map_variables(variables_);
@@ -214,7 +238,7 @@ void LiveProblem::give_back(reduced::LayeredKinematics::Corrections corrections)
 std::vector<HeldFrame> LiveProblem::held_frames() const {
   std::vector<HeldFrame> frames;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    const auto& site = held_.at(constraint.id).site;
+    const auto& site = held(constraint.id).site;
     frames.push_back({constraint.frame, site});
     if (constraint.since) frames.push_back({*constraint.since, site});
   }
@@ -251,8 +275,9 @@ void LiveProblem::model_coordinates(const spacetime::Material& material,
 ModeProblem LiveProblem::mode_problem(const scene::Dynamics& dynamics) const {
   ModeProblem problem;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints())
-    problem.constraints.emplace_back(constraint, held_.at(constraint.id).site);
+    problem.constraints.emplace_back(constraint, held(constraint.id).site);
   problem.timeline = solver_->timeline();
+  problem.load = load();
   problem.weight_scale = solver_->weight_scale();
   problem.dynamics = dynamics;
   return problem;
@@ -261,13 +286,14 @@ ModeProblem LiveProblem::mode_problem(const scene::Dynamics& dynamics) const {
 CheckRequest LiveProblem::check_request() const {
   CheckRequest request;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    request.targets.push_back({constraint.frame, constraint.since, held_.at(constraint.id).site,
+    request.targets.push_back({constraint.frame, constraint.since, held(constraint.id).site,
                                constraint.axes, constraint.target,
                                constraint.weight == spacetime::PositionConstraint::kExact});
   }
   for (const scene::Keyframe& keyframe : keyframes_)
     request.keyframe_frames.push_back(keyframe.frame);
   request.model = model_;
+  request.is_cyclic = solver_->timeline().is_cyclic();
   return request;
 }
 
@@ -277,11 +303,27 @@ Eigen::Vector3d LiveProblem::map_target(const Eigen::Vector3d& target, const Hel
 }
 
 void LiveProblem::set_frame_rate(double frames_per_second) {
-  if (std::exchange(frames_per_second_, frames_per_second) == frames_per_second) return;
-  std::vector<scene::Constraint> velocities;
+  if (std::exchange(frames_per_second_, frames_per_second) != frames_per_second) set_timed();
+}
+
+/// In a cycle velocities in its first and last frame read across the seam, elsewhere the solver
+/// refuses them.
+void LiveProblem::set_ends(const EndsChange& ends) {
+  const bool was_cyclic = solver_->timeline().is_cyclic();
+  const auto first = map_end(ends.first), last = map_end(ends.last);
+  first_end_ = ends.first;
+  const bool is_cyclic = first == spacetime::EndCondition::kCyclic;
+  if (was_cyclic && !is_cyclic) set_timed();
+  solver_->set_timeline(first, last);
+  if (is_cyclic && !was_cyclic) set_timed();
+}
+
+void LiveProblem::set_timed() {
+  std::vector<scene::Constraint> changed;
   for (const auto& [id, held] : held_)
-    if (held.velocity) velocities.push_back(*held.velocity);
-  for (const scene::Constraint& velocity : velocities) set(velocity);
+    if (held.velocity || held.local)
+      changed.push_back(held.velocity ? *held.velocity : *held.local);
+  for (const scene::Constraint& constraint : changed) set(constraint);
 }
 
 void LiveProblem::set(const scene::Constraint& constraint) {
@@ -289,14 +331,13 @@ void LiveProblem::set(const scene::Constraint& constraint) {
   held.site = std::make_shared<const reduced::Site>(targets_.site(constraint));
   held.origin = targets_.origin(constraint.kind, *held.site);
   spacetime::PositionConstraint mapped;
-  mapped.id = constraint.id;
   mapped.frame = constraint.frame;
   mapped.site = kinematics_->add_site(*held.site);
   mapped.axes = constraint.axes;
   mapped.weight = constraint.weight;  // infinity is kExact
   if (constraint.kind == scene::TargetKind::kVelocity) {
     held.velocity = constraint;
-    const auto span = scene::velocity_span(constraint.frame, terms_.frame_count);
+    const auto span = scene::velocity_span(constraint.frame, terms_.frame_count, first_end_);
     mapped.since = span.since;
     mapped.frame = span.until;
     if (std::isfinite(mapped.weight)) {  // of errors per second to those per frame
@@ -304,14 +345,33 @@ void LiveProblem::set(const scene::Constraint& constraint) {
           std::min(scene::kGreatestWeight, mapped.weight * frames_per_second_ * frames_per_second_);
     }
   }
-  mapped.target = map_target(constraint.target, held);
+  if (constraint.reach) {
+    held.local = constraint;
+    mapped.reach = static_cast<int>(std::min(*constraint.reach * frames_per_second_ + 0.5,
+                                             static_cast<double>(terms_.frame_count)));
+    mapped.reach = std::max(*mapped.reach, kLeastReach);
+  }
   note_site(mapped.site, held.site->nodes.size());
-  if (held_.contains(constraint.id)) {
-    solver_->replace(mapped);
-  } else {
-    solver_->add(mapped);
+  held.frames = constraint.last_frame() - constraint.frame + 1;
+  const auto known = held_.find(constraint.id);
+  const int had = known == held_.end() ? 0 : known->second.frames;
+  remove(constraint.id, had, held.frames);
+  for (int i = 0; i < held.frames; ++i) {
+    mapped.id = frame_of_path(constraint.id, i);
+    if (i > 0) mapped.frame = constraint.frame + i;
+    mapped.target = map_target(scene::target_in(constraint, constraint.frame + i), held);
+    if (i < had) {
+      solver_->replace(mapped);
+    } else {
+      solver_->add(mapped);
+    }
   }
   held_[constraint.id] = std::move(held);
+}
+
+/// @param from  of its frames the first to go
+void LiveProblem::remove(std::uint64_t id, int frames, int from) {
+  for (int i = from; i < frames; ++i) solver_->remove(frame_of_path(id, i));
 }
 
 /// A keyframe may change the turns of those after it: all are projected again. Those that come out
@@ -341,6 +401,16 @@ void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
   site_count_ = 0;
   site_nodes_ = 0;
   solver_.emplace(kinematics_, material_->dynamics, timeline, options_, material_->mixing);
+  solver_->set_load(load());
+}
+
+Eigen::MatrixXd LiveProblem::load() const {
+  if (!base_ || inertia_ == 0) return {};
+  Eigen::MatrixXd load = inertia_ * base_->load.of_modes(material_->mixing);
+  if (first_end_ == scene::End::kCyclic) return load;
+  load.col(0).setZero();
+  load.rightCols<1>().setZero();
+  return load;
 }
 
 void LiveProblem::note_site(int site, std::size_t nodes) {
@@ -361,7 +431,7 @@ void LiveProblem::shed_sites() {
   const double scale = solver_->weight_scale();
   make_solver(spacetime::Timeline(solver_->timeline()));
   for (auto constraint : constraints) {
-    const reduced::Site& site = *held_.at(constraint.id).site;
+    const reduced::Site& site = *held(constraint.id).site;
     constraint.site = kinematics_->add_site(site);
     note_site(constraint.site, site.nodes.size());
     solver_->add(constraint);

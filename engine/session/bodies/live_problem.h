@@ -137,17 +137,28 @@ class LiveProblem {
     Eigen::Vector3d origin;  // taken off targets [scene units]
     std::shared_ptr<const reduced::Site> site;
     std::optional<scene::Constraint> velocity;  // as it was set; its frames are those of a rate
+    std::optional<scene::Constraint> local;     // as it was set, where it has a reach
+    int frames = 1;                             // that it is held in
   };
 
   /// A target of the scene in the solver's terms: [m], of a velocity [m/frame].
   [[nodiscard]] Eigen::Vector3d map_target(const Eigen::Vector3d& target, const Held& held) const;
   /// Velocities are per second, the solver's per frame.
   void set_frame_rate(double frames_per_second);
+  void set_ends(const EndsChange& ends);
   void set(const scene::Constraint& constraint);
+  [[nodiscard]] const Held& held(spacetime::ConstraintId of_solver) const {
+    return held_.at(constraint_of(of_solver));
+  }
+  void remove(std::uint64_t id, int frames, int from = 0);
+  /// What depends on the frame rate or on the ends: velocities, and how far constraints reach.
+  void set_timed();
   void set_keyframes(std::vector<scene::Keyframe> keyframes);
   void note_site(int site, std::size_t nodes);
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);
+  /// Of the base motion, on the modes that are solved for; empty: none. r x N
+  [[nodiscard]] Eigen::MatrixXd load() const;
   void set_dynamics(const scene::Dynamics& dynamics);
   /// Of the same modes, whose control forces cost otherwise.
   void set_forces(std::shared_ptr<const spacetime::Material> initial);
@@ -164,6 +175,8 @@ class LiveProblem {
   std::shared_ptr<const spacetime::Material> initial_, material_;
   std::optional<Unfinished> unfinished_;
   double frames_per_second_ = 0;
+  double inertia_ = 0;
+  scene::End first_end_ = scene::End::kFree;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
   std::uint64_t epoch_ = 0;
   static constexpr std::size_t kMaxEpochs = 64;

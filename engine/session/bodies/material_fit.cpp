@@ -44,7 +44,7 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
     if (steps == Steps::kLimited) limit = {size, (1 - kLeftForOthers) * most};
     solver.emplace(problem_->material_solver(std::move(limit)));
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kLimitExceeded) throw;
+    if (error.code() != ErrorCode::kLimitExceeded && error.code() != ErrorCode::kUnsupported) throw;
     MaterialReport refused;
     refused.status = SolveStatus::kStalled;
     refused.message = error.what();
@@ -209,7 +209,8 @@ void BodySession::Impl::fill_material(const spacetime::Material& material,
   result.column_energy = document_.unedited()->material_optimisation.column_weight *
                          spacetime::column_energy(material.mixing);
   result.report.total_energy += result.column_energy;
-  result.unit_force_energy = spacetime::unit_force_energy(material, result.modal);
+  result.unit_force_energy = spacetime::unit_force_energy(
+      material, result.modal, spacetime::beginning_of(problem_->solver().timeline()));
 }
 
 void BodySession::Impl::show_by_model(BodyResult& result) const {

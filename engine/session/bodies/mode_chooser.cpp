@@ -141,6 +141,16 @@ ModeChooser::Optimum ModeChooser::optimum(const ModeRequest& request, const Shar
   const spacetime::Material material = map_material(problem.dynamics, modes, *model);
   spacetime::Solver solver(kinematics, material.dynamics, problem.timeline, solver_,
                            material.mixing);
+  if (problem.load.size() > 0) {
+    const reduced::BaseLoad load = reduced::base_load(
+        body.mapped.body, model->modes, model->rigid_count + model->mechanism_count, body.base);
+    Eigen::MatrixXd of_modes = problem.dynamics.inertia * load.of_modes(material.mixing);
+    if (!problem.timeline.is_cyclic()) {
+      of_modes.col(0).setZero();
+      of_modes.rightCols<1>().setZero();
+    }
+    solver.set_load(of_modes);
+  }
   for (const auto& [constraint, site] : problem.constraints) {
     spacetime::PositionConstraint own = constraint;
     own.site = kinematics->add_site(*site);

@@ -26,6 +26,7 @@ struct ModeProblem {
   spacetime::Timeline timeline;
   double weight_scale = 1;
   scene::Dynamics dynamics;
+  Eigen::MatrixXd load;  // of the base motion on the present modes, r x N; empty: none
 };
 
 /// Whether r modes are enough for an exact answer.

@@ -20,7 +20,7 @@ bool is_answered_by(const ModeQuestion& now, const ModeQuestion& before, double 
       now.timeline.first == before.timeline.first && now.timeline.last == before.timeline.last &&
       a.period_frames == b.period_frames && a.damping_ratio == b.damping_ratio &&
       a.frames_per_second == b.frames_per_second && a.discretisation == b.discretisation &&
-      a.force_smoothing == b.force_smoothing;
+      a.force_smoothing == b.force_smoothing && a.inertia == b.inertia;
   const bool is_of_known_groups = std::includes(before.groups.begin(), before.groups.end(),
                                                 now.groups.begin(), now.groups.end());
   return is_same_motion && is_of_known_groups && now.constraints <= 2 * before.constraints &&

@@ -377,7 +377,9 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   if (scene_->constraint_tolerance)
     check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
   const Eigen::MatrixXd& basis = result.shown ? *result.shown->basis : model_->basis;
-  const FarthestMove shaking = zigzag(basis, result.coordinates, job);
+  FarthestMove shaking = request.is_cyclic ? zigzag(basis, around_seam(result.coordinates), job)
+                                           : zigzag(basis, result.coordinates, job);
+  if (request.is_cyclic) shaking.frame = std::max(0, shaking.frame - 1);
   check.shaking.zigzag = shaking.distance;
   check.shaking.frame = shaking.frame;
   const FarthestMove farthest = farthest_from_rest(basis, result.coordinates, job);

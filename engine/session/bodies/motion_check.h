@@ -102,6 +102,7 @@ struct CheckRequest {
   /// q of the motion with forces alone that the fit of the result's material began with; null where
   /// none was fitted.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
+  bool is_cyclic = false;
 };
 
 /// At most so many constrained frames are compared, evenly chosen among them, ..

@@ -186,6 +186,8 @@ spacetime::EndCondition map_end(scene::End end) {
       return spacetime::EndCondition::kPinnedPosition;
     case scene::End::kPinnedPositionVelocity:
       return spacetime::EndCondition::kPinnedPositionVelocity;
+    case scene::End::kCyclic:
+      return spacetime::EndCondition::kCyclic;
   }
   LIMBER_DEMAND(false);
   return spacetime::EndCondition::kFree;

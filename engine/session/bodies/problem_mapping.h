@@ -49,6 +49,15 @@ struct MappedBody {
 
 [[nodiscard]] spacetime::EndCondition map_end(scene::End end);
 
+/// A path is one constraint of a session and many of its solver, one a frame. Numbers of a
+/// session's constraints have 53 bits, those of the frames of a path the others.
+[[nodiscard]] constexpr spacetime::ConstraintId frame_of_path(std::uint64_t constraint, int frame) {
+  return constraint | static_cast<std::uint64_t>(frame) << 53U;
+}
+[[nodiscard]] constexpr std::uint64_t constraint_of(spacetime::ConstraintId of_solver) {
+  return of_solver & ((std::uint64_t{1} << 53U) - 1);
+}
+
 /// What a model has otherwise than it was asked for, each with its field and what is used; empty:
 /// it has what was asked for. Sizes that were left to the builder are not remarked on.
 [[nodiscard]] std::string model_notes(const scene::ModelRequest& request,

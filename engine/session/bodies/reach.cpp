@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "engine/session/bodies/problem_mapping.h"
+
 namespace limber::session {
 namespace {
 
@@ -33,7 +35,11 @@ std::vector<ConstraintMiss> out_of_reach(const spacetime::SolveReport& report,
     const PositionConstraint* const constraint = find_constraint(constraints, miss.id);
     if (constraint == nullptr) continue;
     const bool is_far = constraint->target.norm() > kFarTarget * length;
-    if (is_far || (is_optimum && miss.is_exact && !report.rank_deficient)) missed.push_back(miss);
+    if (!is_far && !(is_optimum && miss.is_exact && !report.rank_deficient)) continue;
+    const bool is_known = std::any_of(missed.begin(), missed.end(), [&](const ConstraintMiss& one) {
+      return constraint_of(one.id) == constraint_of(miss.id);
+    });
+    if (!is_known) missed.push_back(miss);  // of a path the worst frame
   }
   return missed;
 }
@@ -51,8 +57,9 @@ std::string describe_reach(const std::vector<ConstraintMiss>& missed,
     text += fmt::format(
         "{}Constraint {} in frame {} is out of reach: the motion stops {:.3g} body lengths ({:.4g} "
         "in the scene's unit) short of its target, which is {:.3g} body lengths from rest.",
-        text.empty() ? "" : " ", missed[i].id, constraint->frame, missed[i].distance / length,
-        missed[i].distance / length_unit, constraint->target.norm() / length);
+        text.empty() ? "" : " ", constraint_of(missed[i].id), constraint->frame,
+        missed[i].distance / length, missed[i].distance / length_unit,
+        constraint->target.norm() / length);
   }
   if (missed.size() > kListed)
     text += fmt::format(" So are {} more constraints.", missed.size() - kListed);

@@ -110,6 +110,7 @@ class StartSolver {
         map_material(request_.problem.dynamics, request_.modes, *request_.model);
     spacetime::Solver solver(kinematics_, material.dynamics, request_.problem.timeline, options_,
                              material.mixing);
+    solver.set_load(request_.problem.load);
     solver.set_weight_scale(request_.problem.weight_scale);
     return solver;
   }

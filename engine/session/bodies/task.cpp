@@ -350,6 +350,7 @@ void BodySession::Impl::note_reach(BodyResult& result) const {
   result.out_of_reach = out_of_reach(result.report, constraints, length);
   add_sentence(result.report.message, describe_reach(result.out_of_reach, constraints, length,
                                                      document_.unedited()->length_unit_in_metres));
+  for (spacetime::ConstraintMiss& miss : result.out_of_reach) miss.id = constraint_of(miss.id);
 }
 
 void BodySession::Impl::publish_of_round(std::shared_ptr<BodyResult> result, const Round& round) {

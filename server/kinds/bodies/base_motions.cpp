@@ -108,10 +108,11 @@ Eigen::MatrixXd read_base_motion(const proto::BaseMotion& motion, const std::str
     case proto::BaseMotion::kPath:
       return read_path(motion.path(), field + ".path", nodes, read_file);
     case proto::BaseMotion::kPositions:  // the codec's
+    case proto::BaseMotion::kPins:
     case proto::BaseMotion::SOURCE_NOT_SET:
       break;
   }
-  throw invalid(field, "a base motion needs positions, pc2, vtu_series or path");
+  throw invalid(field, "a base motion needs positions, pins, pc2, vtu_series or path");
 }
 
 MotionReader base_motion_reader(PathResolver resolve) {

@@ -74,26 +74,51 @@ scene::SurfacePoint decode_point(const proto::SurfacePoint& message, const std::
   return point;
 }
 
+Eigen::Vector3d vector_of(const proto::Vector3& message) {
+  return {message.x(), message.y(), message.z()};
+}
+
 void decode_target(const proto::Constraint& message, const std::string& field,
                    scene::Constraint& constraint) {
   switch (message.target_case()) {
     case proto::Constraint::kPosition:
       constraint.kind = scene::TargetKind::kPosition;
-      constraint.target = {message.position().x(), message.position().y(), message.position().z()};
+      constraint.target = vector_of(message.position());
       return;
     case proto::Constraint::kDisplacement:
       constraint.kind = scene::TargetKind::kDisplacement;
-      constraint.target = {message.displacement().x(), message.displacement().y(),
-                           message.displacement().z()};
+      constraint.target = vector_of(message.displacement());
       return;
     case proto::Constraint::kVelocity:
       constraint.kind = scene::TargetKind::kVelocity;
-      constraint.target = {message.velocity().x(), message.velocity().y(), message.velocity().z()};
+      constraint.target = vector_of(message.velocity());
       return;
     case proto::Constraint::TARGET_NOT_SET:
       break;
   }
   throw invalid(field + ".target", "a constraint needs a position, a displacement or a velocity");
+}
+
+void decode_path(const proto::Constraint& message, const std::string& field,
+                 scene::Constraint& constraint, Faults& faults) {
+  constraint.path.assign(static_cast<std::size_t>(message.path_size()),
+                         {kNoIndex, constraint.target});
+  faults.try_each(field + ".path", message.path_size(), [&](int i) {
+    auto& key = constraint.path[static_cast<std::size_t>(i)];
+    const proto::PathKey& from = message.path(i);
+    if (i > 0) key.target = constraint.path[static_cast<std::size_t>(i - 1)].target;
+    if (from.has_target()) key.target = vector_of(from.target());
+    key.frame = decode_index(from.frame(), fmt::format("{}.path[{}].frame", field, i));
+  });
+  if (message.has_ease_in()) constraint.ease_in = message.ease_in();
+  if (message.has_ease_out()) constraint.ease_out = message.ease_out();
+  if (message.has_reach()) constraint.reach = message.reach();
+}
+
+void encode_vector(const Eigen::Vector3d& from, proto::Vector3& message) {
+  message.set_x(from.x());
+  message.set_y(from.y());
+  message.set_z(from.z());
 }
 
 }  // namespace
@@ -124,6 +149,7 @@ scene::Constraint decode_constraint(const proto::Constraint& message, const std:
   }
   faults.try_to([&] { constraint.axes = axis_bits(message, field); });
   faults.try_to([&] { decode_target(message, field, constraint); });
+  decode_path(message, field, constraint, faults);
   if (message.enforcement_case() == proto::Constraint::kWeight) {
     constraint.weight = message.weight();
   } else if (message.enforcement_case() == proto::Constraint::kExact && message.exact()) {
@@ -153,9 +179,15 @@ proto::Constraint encode_constraint(const scene::Constraint& constraint) {
   auto* target = constraint.kind == scene::TargetKind::kPosition   ? message.mutable_position()
                  : constraint.kind == scene::TargetKind::kVelocity ? message.mutable_velocity()
                                                                    : message.mutable_displacement();
-  target->set_x(constraint.target.x());
-  target->set_y(constraint.target.y());
-  target->set_z(constraint.target.z());
+  encode_vector(constraint.target, *target);
+  for (const scene::PathKey& key : constraint.path) {
+    proto::PathKey& made = *message.add_path();
+    made.set_frame(static_cast<std::uint32_t>(key.frame));
+    encode_vector(key.target, *made.mutable_target());
+  }
+  if (constraint.ease_in != 1) message.set_ease_in(constraint.ease_in);
+  if (constraint.ease_out != 1) message.set_ease_out(constraint.ease_out);
+  if (constraint.reach) message.set_reach(*constraint.reach);
   if (std::isinf(constraint.weight)) {
     message.set_exact(true);
   } else {

@@ -8,11 +8,13 @@
 
 namespace limber::server {
 
-/// A velocity reads two frames, as two constraints do.
+/// A velocity reads two frames, as two constraints do; a path all of its own.
 std::size_t constraints_of(const scene::Scene& scene) {
   std::size_t count = scene.constraints.size();
-  for (const scene::Constraint& constraint : scene.constraints)
+  for (const scene::Constraint& constraint : scene.constraints) {
     if (constraint.kind == scene::TargetKind::kVelocity) ++count;
+    count += static_cast<std::size_t>(std::max(0, constraint.last_frame() - constraint.frame));
+  }
   return count;
 }
 

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
 #include "engine/scene/formats/precision.h"
 #include "engine/scene/keyframe_rules.h"
+#include "engine/scene/pinned_motion.h"
 #include "server/kinds/bodies/base_motions.h"
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/simulation.h"
@@ -66,6 +68,7 @@ constexpr EnumTable<scene::Discretisation, proto::TimeDiscretisation, proto::Tim
 constexpr EnumTable<scene::End, proto::EndCondition, proto::EndCondition_MAX> kEndConditions{
     {scene::End::kPinnedPositionVelocity, proto::END_CONDITION_PINNED_POSITION_VELOCITY},
     {scene::End::kPinnedPosition, proto::END_CONDITION_PINNED_POSITION},
+    {scene::End::kCyclic, proto::END_CONDITION_CYCLIC},
     {scene::End::kFree, proto::END_CONDITION_FREE}};
 
 constexpr EnumTable<scene::MaterialVariables, proto::MaterialVariables,
@@ -266,12 +269,36 @@ void restore_origin(const bodies::NodePositions& nodes, Eigen::MatrixXd& displac
   displacements.colwise() += shift;
 }
 
+/// Numbers of a motion that a few pins make.
+constexpr double kMostOfPins = 2.5e8;
+
+Eigen::MatrixXd decode_pins(const proto::Array& message, const std::string& field,
+                            const scene::Scene& scene) {
+  check_array(message, field, 3);
+  if (scene.fixed_nodes.empty()) throw invalid(field, "the scene has no fixed nodes to animate");
+  const int nodes = scene.mesh.node_count();
+  std::set<int> distinct;
+  for (const int node : scene.fixed_nodes)
+    if (node < 0 || node >= nodes || !distinct.insert(node).second) return {};  // complained about
+  const auto pins = static_cast<int>(scene.fixed_nodes.size());
+  if (3.0 * nodes * scene.frame_count > kMostOfPins) {
+    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field,
+                  fmt::format("makes a motion of {} frames of {} nodes; there may be {:g} numbers",
+                              scene.frame_count, nodes, kMostOfPins));
+  }
+  const Eigen::MatrixXd positions = decode_motion(message, field, pins, scene.frame_count);
+  if (!positions.allFinite()) throw invalid(field, "has a number that is not finite");
+  return scene::motion_of_pins(scene.mesh, scene.fixed_nodes, positions);
+}
+
 Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
                                    const scene::Scene& scene, const MotionReader& read_motion) {
   if (message.source_case() == proto::BaseMotion::SOURCE_NOT_SET) return {};
   const int nodes = scene.mesh.node_count();
   const bool comparable = nodes > 0;
   const std::string source = field + "." + field_in(message, "");
+  if (message.has_pins())
+    return comparable ? decode_pins(message.pins(), source, scene) : Eigen::MatrixXd();
   Eigen::MatrixXd positions;
   if (message.has_positions()) {
     check_array(message.positions(), source, 3);
@@ -328,6 +355,7 @@ scene::DynamicsRequest decode_dynamics(const proto::Dynamics& message) {
   if (message.has_period_frames()) dynamics.period_frames = message.period_frames();
   if (message.has_damping_ratio()) dynamics.damping_ratio = message.damping_ratio();
   if (message.has_force_smoothing()) dynamics.force_smoothing = message.force_smoothing();
+  if (message.has_inertia()) dynamics.inertia = message.inertia();
   if (message.discretisation() != proto::TIME_DISCRETISATION_UNSPECIFIED)
     dynamics.discretisation = kDiscretisations.decode(message.discretisation());
   return dynamics;
@@ -339,6 +367,7 @@ proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
   message.set_period_frames(dynamics.period_frames);
   message.set_damping_ratio(dynamics.damping_ratio);
   message.set_force_smoothing(dynamics.force_smoothing);
+  if (dynamics.inertia != 0) message.set_inertia(dynamics.inertia);
   message.set_discretisation(kDiscretisations.encode(dynamics.discretisation));
   return message;
 }
@@ -402,6 +431,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
   scene.first_end = decode_end(message.first_end());
   scene.last_end = decode_end(message.last_end());
   scene.dynamics = decode_dynamics(message.dynamics()).resolved(scene::Discretisation::kSampled);
+  if (!message.dynamics().has_inertia()) scene.dynamics.inertia = message.base_motion().inertia();
   scene.model = decode_model(message.model(), prefix + "model", faults);
   scene.material_optimisation.variables =
       decode_variables(message.material_optimisation().variables());

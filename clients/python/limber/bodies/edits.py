@@ -18,14 +18,24 @@ ENDS = {
     "free": scene.END_CONDITION_FREE,
     "position": scene.END_CONDITION_PINNED_POSITION,
     "position_velocity": scene.END_CONDITION_PINNED_POSITION_VELOCITY,
+    "cyclic": scene.END_CONDITION_CYCLIC,
 }
+PathLike = Iterable["tuple[int, Vector | None]"]  # (frame, target), target None: where the key before is
 
 
 def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
                surface_point: SurfacePointLike | None = None, surface_vertex: int | None = None,
                position: Vector | None = None, displacement: Vector | None = None, velocity: Vector | None = None,
-               axes: Axes = None, weight: float | None = None, exact: bool = False, id: int = 0) -> "scene.Constraint":
+               axes: Axes = None, weight: float | None = None, exact: bool = False, until: int | None = None,
+               path: PathLike | None = None, ease_in: float | None = None, ease_out: float | None = None,
+               reach: float | None = None, id: int = 0) -> "scene.Constraint":
     """"In this frame, the mean position of these nodes is there", or their mean velocity is that.
+
+    until: a hold, the target counts in every frame from `frame` to this one; path: further keys (frame, target) in place of
+    it, targets of the same kind. The constraint acts in every frame of the path, moves between keys without overshoot and
+    rests where two keys are the same; ease_in, ease_out in [0, 1] (default 1) say how far it begins and ends at rest.
+
+    reach [s]: how far in time it acts; frames farther from its own keep the motion that is there without it.
 
     node, nodes, surface_point: a SurfacePoint, or (triangle, (w0, w1, w2)) of the surface that is shown (with a third
     member "mesh" or "carried": of that one), or surface_vertex: of the surface that the scene names (exactly one of the four);
@@ -55,7 +65,57 @@ def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | No
         message.exact = True
     elif weight is not None:
         message.weight = checks.real(weight, "weight")
+    _add_path(message, until, path)
+    for name, value in (("ease_in", ease_in), ("ease_out", ease_out), ("reach", reach)):
+        if value is not None:
+            setattr(message, name, checks.real(value, name))
     return message
+
+
+def _add_path(message: "scene.Constraint", until: int | None, path: PathLike | None) -> None:
+    if until is not None and path is not None:
+        raise invalid("path", "give one of until and path")
+    if until is not None:
+        path = [(until, None)]
+    for frame, target in path or ():
+        key = message.path.add(frame=checks.whole(frame, "path"))
+        if target is not None:
+            key.target.CopyFrom(vector(target, "path"))
+
+
+def keys_of(message: "scene.Constraint") -> "list[tuple[int, Any]]":
+    """(frame, target) of each key, the first one among them."""
+    kind = message.WhichOneof("target") or "displacement"
+    keys = [(message.frame, getattr(message, kind))]
+    for key in message.path:
+        keys.append((key.frame, key.target if key.HasField("target") else keys[-1][1]))
+    return keys
+
+
+def move_path(message: "scene.Constraint", target: Any) -> None:
+    """Keys behind the first, as the session moves them when that is moved to `target`."""
+    (_, first), *further = keys_of(message)
+    places = [[getattr(at, axis) + getattr(target, axis) - getattr(first, axis) for axis in "xyz"] for _, at in further]
+    for key, (x, y, z) in zip(message.path, places):
+        key.target.x, key.target.y, key.target.z = x, y, z
+
+
+def retimed(message: "scene.Constraint", shift: int, first: int | None, last: int | None) -> "scene.Constraint":
+    begin = message.frame
+    end = message.path[-1].frame if message.path else begin
+    if shift and (first is not None or last is not None):
+        raise invalid("shift", "give shift, or first and last")
+    new_begin = checks.whole(begin + shift, "shift") if first is None else checks.whole(first, "first")
+    new_end = end + shift if last is None else checks.whole(last, "last")
+    if not message.path:
+        new_end = new_begin
+    stretch = (new_end - new_begin) / (end - begin) if message.path else 0.0
+    made = scene.Constraint()
+    made.CopyFrom(message)
+    made.frame = new_begin
+    for key in made.path:
+        key.frame = max(0, round(new_begin + stretch * (key.frame - begin)))
+    return made
 
 
 def _axes(axes: str) -> list[int]:
@@ -84,8 +144,10 @@ def remove(constraint: Any) -> "service.Edit":
     return service.Edit(remove=service.RemoveConstraint(id=_id(constraint)))
 
 
-def ends(first: str, last: str) -> "service.Edit":
-    """What holds the motion at its ends: "free", "position" or "position_velocity"."""
+def ends(first: str, last: str | None = None) -> "service.Edit":
+    """What holds the motion at its ends: "free", "position" or "position_velocity"; or ends("cyclic"), a loop, in which the
+    last frame leads into the first."""
+    last = "cyclic" if last is None and first == "cyclic" else last
     for name, value in (("first", first), ("last", last)):
         checks.one_of(value, ENDS, name)
     return service.Edit(set_ends=service.SetEnds(first_end=ENDS[first], last_end=ENDS[last]))
@@ -128,14 +190,15 @@ DISCRETISATIONS = {
 
 def dynamics(*, frames_per_second: float | None = None, period_frames: float | None = None,
              damping_ratio: float | None = None, discretisation: str | None = None,
-             force_smoothing: float | None = None) -> DynamicsChange:
+             force_smoothing: float | None = None, inertia: float | None = None) -> DynamicsChange:
     """How fast and how lively the body moves; what is not given stays as it is.
 
     discretisation: "sampled" (free motion is exact at the frames) or "differences" (the published form);
-    force_smoothing [s]: about the time in which control forces change.
+    force_smoothing [s]: about the time in which control forces change; inertia in [0, 10]: under a base motion, 1 lags
+    behind as a body would, 0 follows.
     """
     values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio,
-              "force_smoothing": force_smoothing}
+              "force_smoothing": force_smoothing, "inertia": inertia}
     given = {name: checks.real(value, name) for name, value in values.items() if value is not None}
     if discretisation is not None:
         given["discretisation"] = DISCRETISATIONS[checks.one_of(discretisation, DISCRETISATIONS, "discretisation")]

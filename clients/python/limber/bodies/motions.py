@@ -17,7 +17,9 @@ from ..messages import scene as messages
 
 def base_motion(value: Any) -> "messages.BaseMotion":
     """A base motion from positions (frames x nodes x 3), the path of a .pc2 or .pvd file, or a list of paths of .vtu
-    files, one for every frame in order."""
+    files, one for every frame in order; or what animated_pins() makes."""
+    if isinstance(value, messages.BaseMotion):
+        return value
     if isinstance(value, (str, os.PathLike)):
         return with_bytes(messages.BaseMotion(path=str(checks.path(value, "base_motion.path"))))
     if isinstance(value, (list, tuple)) and value and all(isinstance(item, (str, os.PathLike)) for item in value):
@@ -26,9 +28,24 @@ def base_motion(value: Any) -> "messages.BaseMotion":
     return messages.BaseMotion(positions=arrays.to_message(positions, np.float64))
 
 
+def animated_pins(positions: Any) -> "messages.BaseMotion":
+    """A base motion of paths of the scene's fixed nodes, frames x fixed nodes x 3 in their order [length unit]. The other
+    nodes follow: as a rigid body, and by what the pins do beside that, evenly spread between them."""
+    paths = checks.numeric(positions, "base_motion.pins")
+    return messages.BaseMotion(pins=arrays.to_message(paths, np.float64))
+
+
 def with_bytes(motion: "messages.BaseMotion", folder: "str | os.PathLike[str]" = ".") -> "messages.BaseMotion":
     """The motion with the bytes of the files that it names, which are taken from `folder`, in place of their paths."""
     source = motion.WhichOneof("source")
+    made = _source_with_bytes(motion, source, folder)
+    if motion.HasField("inertia"):
+        made.inertia = motion.inertia
+    return made
+
+
+def _source_with_bytes(motion: "messages.BaseMotion", source: "str | None",
+                       folder: "str | os.PathLike[str]") -> "messages.BaseMotion":
     if source == "path":
         return _read_path(Path(folder) / motion.path)
     if source == "vtu_series" and motion.vtu_series.paths:

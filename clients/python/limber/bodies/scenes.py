@@ -64,7 +64,7 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
     Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa],
     poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
-    cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
+    cubature_size, first_end, last_end ("free", "position", "position_velocity"; both "cyclic": a loop), frames_per_second, period_frames,
     damping_ratio, discretisation ("sampled", "differences"), force_smoothing [s], constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
     candidate_modes, column_weight, max_frequency_hz and slow_steps (bounds of fitted frequencies), base_motion
     (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame), keyframes

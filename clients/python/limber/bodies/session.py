@@ -82,6 +82,8 @@ class Constraint:
         point = vector(values, named)
         changed = scenes.Constraint()
         changed.CopyFrom(self.message)
+        if named == self.kind:
+            edits.move_path(changed, point)
         getattr(changed, named).CopyFrom(point)
         if named == self.kind:
             edit = service.Edit(move=service.MoveConstraint(id=self.id, target=point))
@@ -94,6 +96,20 @@ class Constraint:
     def replace(self, **what: Any) -> Receipt:
         """Everything anew (arguments as in Session.add), under the same id."""
         changed = edits.constraint(id=self.id, **what)
+        receipt = self.session.edit([service.Edit(replace=service.ReplaceConstraint(constraint=changed))])
+        self.message = changed
+        self.issues = receipt.issues
+        return receipt
+
+    @property
+    def path(self) -> tuple[tuple[int, tuple[float, float, float]], ...]:
+        """Its keys (frame, target), the first one among them."""
+        return tuple((frame, (at.x, at.y, at.z)) for frame, at in edits.keys_of(self.message))
+
+    def retime(self, *, shift: int = 0, first: int | None = None, last: int | None = None) -> Receipt:
+        """Other frames, the same places: all keys `shift` frames later, or the path stretched so that it begins in frame
+        `first` and ends in frame `last` (one that is not given stays)."""
+        changed = edits.retimed(self.message, shift, first, last)
         receipt = self.session.edit([service.Edit(replace=service.ReplaceConstraint(constraint=changed))])
         self.message = changed
         self.issues = receipt.issues
@@ -173,7 +189,8 @@ class Session(OpenSession):
             surface_point: SurfacePointLike | None = None, surface_vertex: int | None = None,
             position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
             velocity: Sequence[float] | None = None, axes: edits.Axes = None, weight: float | None = None,
-            exact: bool = False) -> Constraint:
+            exact: bool = False, until: int | None = None, path: edits.PathLike | None = None, ease_in: float | None = None,
+            ease_out: float | None = None, reach: float | None = None) -> Constraint:
         """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that; or that of a point
         as it is shown: surface_point=(triangle, (w0, w1, w2)) of the surface that the scene names, else of that of the mesh
         (see nearest_surface_point()), or surface_vertex=, a vertex of the surface that the scene names.
@@ -181,10 +198,14 @@ class Session(OpenSession):
         position: a point of the mesh's space, or displacement: from rest [length unit], or velocity: of the shown frames,
         (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s]; axes: which count, e.g. "xz";
         weight: gamma > 0 of a soft constraint (default 100), or exact=True.
+        until: a hold, in every frame from `frame` to this one; path: [(frame, target), ...] further keys, held in every frame
+        of the path; ease_in, ease_out in [0, 1] (default 1): how far it begins and ends at rest. reach [s]: how far in time it
+        acts; frames farther away keep the motion that is there without it.
         """
         message = edits.constraint(frame=frame, node=node, nodes=nodes, surface_point=surface_point,
                                    surface_vertex=surface_vertex, position=position, displacement=displacement,
-                                   velocity=velocity, axes=axes, weight=weight, exact=exact)
+                                   velocity=velocity, axes=axes, weight=weight, exact=exact, until=until, path=path,
+                                   ease_in=ease_in, ease_out=ease_out, reach=reach)
         receipt = self.edit([service.Edit(add=service.AddConstraint(constraint=message))])
         message.id = receipt.constraint_ids[0]
         return Constraint(self, message, receipt.issues)
@@ -195,17 +216,17 @@ class Session(OpenSession):
     def remove(self, constraint: "Constraint | int") -> Receipt:
         return self.edit([edits.remove(constraint)])
 
-    def ends(self, first: str, last: str) -> Receipt:
-        """"free", "position" or "position_velocity" at the first and the last frame."""
+    def ends(self, first: str, last: str | None = None) -> Receipt:
+        """"free", "position" or "position_velocity" at the first and the last frame; ends("cyclic"): a loop."""
         return self.edit([edits.ends(first, last)])
 
     def dynamics(self, *, frames_per_second: float | None = None, period_frames: float | None = None,
                  damping_ratio: float | None = None, discretisation: str | None = None,
-                 force_smoothing: float | None = None) -> Receipt:
+                 force_smoothing: float | None = None, inertia: float | None = None) -> Receipt:
         """How fast and how lively the body moves; what is not given stays as it is: limber.edits.dynamics()."""
         return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
                                          damping_ratio=damping_ratio, discretisation=discretisation,
-                                         force_smoothing=force_smoothing)])
+                                         force_smoothing=force_smoothing, inertia=inertia)])
 
     def add_keyframe(self, *, frame: int, positions: Any, weight: float | None = None, exact: bool = False) -> Keyframe:
         """"In this frame, the body has this pose", as far as its modes can.

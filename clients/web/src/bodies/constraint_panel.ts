@@ -1,5 +1,6 @@
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
 import { button, el, field, number } from "../controls/dom";
+import { type Key, keysOf, lastFrame, pathOf, targetIn } from "./paths";
 import { describePlace, placeOf } from "./places";
 import { AXES, type ConstraintInit, copy } from "./targets";
 
@@ -7,6 +8,7 @@ export interface ConstraintActions {
   replace(constraint: ConstraintInit): void;
   remove(): void;
   goTo(frame: number): void;
+  shownFrame(): number;
 }
 
 const DEFAULT_WEIGHT = 100;
@@ -17,6 +19,66 @@ function numberInput(label: string, value: number, onchange: (value: number) => 
   made.onchange = () => {
     if (made.value !== "" && Number.isFinite(made.valueAsNumber)) onchange(made.valueAsNumber);
   };
+  return made;
+}
+
+/** A hold or a path: until when, its keys, and how it begins and ends. */
+function pathFields(constraint: Constraint, actions: ConstraintActions, now: () => ConstraintInit): HTMLElement[] {
+  const keys = keysOf(constraint);
+  const withKeys = (changed: Key[]): void => actions.replace({ ...now(), path: pathOf(changed) });
+  const last = lastFrame(constraint);
+  const until = numberInput(
+    "Until frame",
+    last,
+    (wanted) => {
+      const frame = Math.round(wanted);
+      const target = (keys[keys.length - 1] as Key).target;
+      const kept = keys.filter((key) => key.frame < frame);
+      withKeys(frame > constraint.frame ? [...kept, { frame, target }] : keys.slice(0, 1));
+    },
+    "1",
+  );
+  const made: HTMLElement[] = [field("Until frame", until)];
+  for (const [number, key] of keys.entries()) {
+    if (number === 0) continue;
+    const entry = (label: string, axis: 0 | 1 | 2): HTMLInputElement =>
+      numberInput(`${label} in frame ${key.frame}`, key.target[axis], (value) => {
+        const target: Key["target"] = [...key.target];
+        target[axis] = value;
+        withKeys(keys.map((one) => (one === key ? { ...one, target } : one)));
+      });
+    const remove = button("Delete this key", () => withKeys(keys.filter((one) => one !== key)));
+    made.push(
+      el(
+        "div",
+        { class: "field" },
+        el("span", {}, `In frame ${key.frame}`),
+        el("div", { class: "triple" }, entry("x", 0), entry("y", 1), entry("z", 2)),
+        remove,
+      ),
+    );
+  }
+  const add = button(
+    "Add a key in the shown frame",
+    () => {
+      const frame = actions.shownFrame();
+      if (frame <= constraint.frame || keys.some((key) => key.frame === frame)) return;
+      withKeys([...keys, { frame, target: targetIn(constraint, frame) }].sort((one, other) => one.frame - other.frame));
+    },
+    { title: "Of a path: in a later frame than its first key" },
+  );
+  made.push(el("div", { class: "row" }, add));
+  if (keys.length > 1) {
+    for (const [label, name] of [
+      ["Begins at rest", "easeIn"],
+      ["Ends at rest", "easeOut"],
+    ] as const) {
+      const ease = el("input", { type: "range", min: "0", max: "1", step: "0.05", "aria-label": label });
+      ease.value = String(constraint[name] ?? 1);
+      ease.onchange = () => actions.replace({ ...now(), [name]: ease.valueAsNumber });
+      made.push(field(label, ease));
+    }
+  }
   return made;
 }
 
@@ -34,11 +96,16 @@ export function constraintPanel(constraint: Constraint, unit: string, actions: C
       numberInput(
         "Frame of the constraint",
         constraint.frame,
-        (frame) => actions.replace({ ...now(), frame: Math.max(0, Math.round(frame)) }),
+        (wanted) => {
+          const frame = Math.max(0, Math.round(wanted));
+          const path = constraint.path.map((key) => ({ ...key, frame: key.frame + frame - constraint.frame }));
+          actions.replace({ ...now(), frame, path });
+        },
         "1",
       ),
     ),
   );
+  if (constraint.target.case !== "velocity") made.append(...pathFields(constraint, actions, now));
   if (target.case) {
     const { case: which, value } = target;
     const boxes = el("div", { class: "triple" });
@@ -95,6 +162,18 @@ export function constraintPanel(constraint: Constraint, unit: string, actions: C
       ),
     );
   }
+  const reach = el("input", {
+    type: "number",
+    step: "any",
+    min: "0",
+    "aria-label": "Reach",
+    placeholder: "everywhere",
+  });
+  reach.value = constraint.reach === undefined ? "" : number(constraint.reach, 4);
+  reach.title = "Frames farther away keep the motion that is there without it";
+  reach.onchange = () =>
+    actions.replace({ ...now(), reach: reach.valueAsNumber > 0 ? reach.valueAsNumber : undefined });
+  made.append(field("Acts within", reach, "s"));
   made.append(
     el(
       "div",

@@ -13,12 +13,13 @@ const ENDS: [EndCondition, string][] = [
   [EndCondition.FREE, "free"],
   [EndCondition.PINNED_POSITION, "held in position"],
   [EndCondition.PINNED_POSITION_VELOCITY, "held in position and velocity"],
+  [EndCondition.CYCLIC, "a loop: the last leads into the first"],
 ];
 const FORMS: [TimeDiscretisation, string][] = [
   [TimeDiscretisation.SAMPLED, "exact at frames"],
   [TimeDiscretisation.DIFFERENCES, "published differences"],
 ];
-const DEFAULTS = { framesPerSecond: 30, periodFrames: 40, ...DEFAULT };
+const DEFAULTS = { framesPerSecond: 30, periodFrames: 40, inertia: 0, ...DEFAULT };
 
 /** Dynamics, ends, and what of the material is optimised. */
 export function materialPanel(desk: Desk): { element: HTMLElement; update(): void } {
@@ -46,8 +47,13 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
       };
       return made;
     };
-    const setEnds = (first: EndCondition, last: EndCondition): void =>
-      send({ edit: { case: "setEnds", value: { firstEnd: first, lastEnd: last } } });
+    // A loop is of both ends: to choose it for one, or to leave it, changes the other.
+    const setEnds = (chosen: EndCondition, other: EndCondition): [EndCondition, EndCondition] => {
+      if (chosen === EndCondition.CYCLIC) return [chosen, chosen];
+      return [chosen, other === EndCondition.CYCLIC ? chosen : other];
+    };
+    const sendEnds = ([firstEnd, lastEnd]: [EndCondition, EndCondition]): void =>
+      send({ edit: { case: "setEnds", value: { firstEnd, lastEnd } } });
     const ends = ENDS.map(([key, text]) => [String(key), text] as const);
     const first = scene.firstEnd || EndCondition.PINNED_POSITION_VELOCITY;
     const last = scene.lastEnd || EndCondition.PINNED_POSITION_VELOCITY;
@@ -69,6 +75,14 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
       field("Lively to calm", calm),
       field("Damping", damping, "of critical"),
       field("Forces change in", smoothing, "s"),
+      ...(desk.session.hasBaseMotion
+        ? [
+            field(
+              "Inertia under its animation",
+              entry(dynamics.inertia, (inertia) => setDynamics({ inertia })),
+            ),
+          ]
+        : []),
       field(
         "Free motion",
         choice(
@@ -79,11 +93,13 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
       ),
       field(
         "First frame",
-        choice(ends, String(first), (value) => setEnds(Number(value), last)),
+        choice(ends, String(first), (value) => sendEnds(setEnds(Number(value), last))),
       ),
       field(
         "Last frame",
-        choice(ends, String(last), (value) => setEnds(first, Number(value))),
+        choice(ends, String(last), (value) =>
+          sendEnds(setEnds(Number(value), first).reverse() as [EndCondition, EndCondition]),
+        ),
       ),
       field(
         "Optimise",
@@ -129,6 +145,7 @@ function pick(dynamics: Partial<typeof DEFAULTS> | undefined): Partial<typeof DE
   if (dynamics?.periodFrames !== undefined) made.periodFrames = dynamics.periodFrames;
   if (dynamics?.dampingRatio !== undefined) made.dampingRatio = dynamics.dampingRatio;
   if (dynamics?.forceSmoothing !== undefined) made.forceSmoothing = dynamics.forceSmoothing;
+  if (dynamics?.inertia !== undefined) made.inertia = dynamics.inertia;
   if (dynamics?.discretisation) made.discretisation = dynamics.discretisation;
   return made;
 }

@@ -2,6 +2,7 @@ import type { MessageInitShape } from "@bufbuild/protobuf";
 import { Vector3 } from "three";
 import { Axis, type Constraint, type ConstraintSchema } from "../../gen/limber/v1/scene_pb";
 import type { Basis } from "./basis";
+import { targetIn } from "./paths";
 import { placeOf, type WeightedNodes } from "./places";
 
 export type ConstraintInit = Exclude<MessageInitShape<typeof ConstraintSchema>, Constraint>;
@@ -12,25 +13,32 @@ export const AXES = [
   ["z", Axis.Z],
 ] as const;
 
-/** Where a constraint wants what it holds to be; null: it is of a velocity. */
-export function targetPosition(constraint: Constraint, held: WeightedNodes, basis: Basis): Vector3 | null {
+/** Where a constraint wants what it holds to be in one of its frames; null: it is of a velocity. */
+export function targetPosition(
+  constraint: Constraint,
+  held: WeightedNodes,
+  basis: Basis,
+  frame = constraint.frame,
+): Vector3 | null {
   const { target } = constraint;
-  if (target.case === "position") return new Vector3(target.value.x, target.value.y, target.value.z);
-  if (target.case !== "displacement") return null;
-  const rest = basis.restMean(held.nodes, held.weights);
-  return new Vector3(rest[0] + target.value.x, rest[1] + target.value.y, rest[2] + target.value.z);
+  if (target.case === "velocity" || target.case === undefined) return null;
+  const position = new Vector3(...targetIn(constraint, frame));
+  return target.case === "position" ? position : position.add(new Vector3(...basis.restMean(held.nodes, held.weights)));
 }
 
-/** A position in the constraint's own kind of target. */
+/** A position in one of a constraint's frames in its own kind of target: that of its first frame, by which it is moved. */
 export function asTarget(
   constraint: Constraint,
   held: WeightedNodes,
   point: Vector3,
   basis: Basis,
+  frame = constraint.frame,
 ): { x: number; y: number; z: number } {
-  if (constraint.target.case !== "displacement") return { x: point.x, y: point.y, z: point.z };
-  const rest = basis.restMean(held.nodes, held.weights);
-  return { x: point.x - rest[0], y: point.y - rest[1], z: point.z - rest[2] };
+  const there = targetIn(constraint, frame);
+  const first = targetIn(constraint, constraint.frame);
+  const rest = constraint.target.case === "displacement" ? basis.restMean(held.nodes, held.weights) : [0, 0, 0];
+  const along = (axis: 0 | 1 | 2): number => point.getComponent(axis) - (rest[axis] ?? 0) + first[axis] - there[axis];
+  return { x: along(0), y: along(1), z: along(2) };
 }
 
 /** As it is, to be changed and sent back whole. */
@@ -42,5 +50,9 @@ export function copy(constraint: Constraint): ConstraintInit {
     axes: [...constraint.axes],
     target: constraint.target,
     enforcement: constraint.enforcement,
+    path: [...constraint.path],
+    easeIn: constraint.easeIn,
+    easeOut: constraint.easeOut,
+    reach: constraint.reach,
   };
 }

@@ -9,6 +9,7 @@ import type { Desk, Mark, Workspace } from "../workspace";
 import { constraintPanel } from "./constraint_panel";
 import { keyframePanel } from "./keyframes";
 import { materialPanel } from "./material_panel";
+import { covers, describeConstraint, keysOf } from "./paths";
 import { describePlace, isSamePlace, type Place, placeOf, positionOf } from "./places";
 import { drawBox, paint, type Selecting } from "./selecting";
 import { type BodyHit, BodySurface } from "./surface";
@@ -98,13 +99,15 @@ export class BodyWorkspace implements Workspace {
   }
 
   marks(): Mark[] {
-    const marks = this.constraints.map((constraint) => ({
-      frame: constraint.frame,
-      key: `c${constraint.id}`,
-      label: `Constraint ${constraint.id} in frame ${constraint.frame}, ${describePlace(placeOf(constraint))}`,
-      color: constraint.enforcement.case === "exact" ? "#b3261e" : "#1f77c9",
-      isSelected: constraint.id === this.selected,
-    }));
+    const marks = this.constraints.flatMap((constraint) =>
+      keysOf(constraint).map(({ frame }) => ({
+        frame,
+        key: `c${constraint.id}`,
+        label: `Constraint ${constraint.id} in frame ${frame}, ${describePlace(placeOf(constraint))}`,
+        color: constraint.enforcement.case === "exact" ? "#b3261e" : "#1f77c9",
+        isSelected: constraint.id === this.selected,
+      })),
+    );
     const keyframes = (this.desk.session.scene?.keyframes ?? []).map(({ id, frame }) => ({
       frame,
       key: `k${id}`,
@@ -165,14 +168,19 @@ export class BodyWorkspace implements Workspace {
   private dragConstraint(constraint: Constraint, anchor: Vector3): Grab {
     this.select(`c${constraint.id}`);
     return this.drag(
-      { id: constraint.id, place: placeOf(constraint), frame: constraint.frame, target: anchor },
+      { id: constraint.id, place: placeOf(constraint), frame: this.frameOf(constraint), target: anchor },
       constraint,
     );
   }
 
   /** The constraints that say where something is in this frame. */
   private get heldHere(): Constraint[] {
-    return this.constraints.filter(({ frame, target }) => frame === this.desk.frame && target.case !== "velocity");
+    return this.constraints.filter((one) => covers(one, this.desk.frame) && one.target.case !== "velocity");
+  }
+
+  /** Of those in which a constraint acts the shown one, or the first. */
+  private frameOf(constraint: Constraint): number {
+    return covers(constraint, this.desk.frame) ? this.desk.frame : constraint.frame;
   }
 
   /** A group that is held in this frame already is moved; else a constraint is added at the first movement. */
@@ -226,7 +234,7 @@ export class BodyWorkspace implements Workspace {
           this.selected = dragged.id;
           for (const issue of response.issues) this.desk.notify("warning", issue.message);
         } else {
-          const moved = constraint && basis ? asTarget(constraint, held, target, basis) : xyz(target);
+          const moved = constraint && basis ? asTarget(constraint, held, target, basis, dragged.frame) : xyz(target);
           await session.edit([{ edit: { case: "move", value: { id: dragged.id, target: moved } } }], !isFirst, sent);
         }
         isFirst = false;
@@ -337,8 +345,8 @@ export class BodyWorkspace implements Workspace {
       const target =
         this.dragged?.id === constraint.id
           ? this.dragged.target
-          : targetPosition(constraint, this.surface.held(place), basis);
-      if (target) put(constraint.id, place, constraint.frame, target, constraint.enforcement.case === "exact");
+          : targetPosition(constraint, this.surface.held(place), basis, this.frameOf(constraint));
+      if (target) put(constraint.id, place, this.frameOf(constraint), target, constraint.enforcement.case === "exact");
     }
     const { dragged } = this;
     if (dragged && !this.constraints.some(({ id }) => id === dragged.id))
@@ -375,6 +383,7 @@ export class BodyWorkspace implements Workspace {
           replace: (changed) => this.desk.send([{ edit: { case: "replace", value: { constraint: changed } } }]),
           remove: () => this.removeSelected(),
           goTo: (frame) => this.desk.goTo(frame),
+          shownFrame: () => this.desk.frame,
         }),
       );
     } else if (this.group.length) {
@@ -396,9 +405,8 @@ export class BodyWorkspace implements Workspace {
     }
     const list = el("div", { class: "list", role: "group", "aria-label": "Constraints" });
     for (const one of this.constraints) {
-      const text = `frame ${one.frame}: ${describePlace(placeOf(one))}${one.enforcement.case === "exact" ? ", exact" : ""}${one.target.case === "velocity" ? ", velocity" : ""}`;
       list.append(
-        button(text, () => this.pick(one), {
+        button(describeConstraint(one), () => this.pick(one), {
           class: one.id === this.selected ? "item selected" : "item",
           "aria-pressed": String(one.id === this.selected),
         }),

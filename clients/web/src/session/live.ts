@@ -73,7 +73,7 @@ export class LiveSession {
   private readonly own = new Set<bigint>();
   /** Of keyframes: those of the scene as opened by this page, and those that this page added. */
   private readonly poses = new Map<bigint, Keyframe["pose"]>();
-  private hasBaseMotion = false;
+  hasBaseMotion = false;
   private readonly handlers = new Map<string, Set<(value: never) => void>>();
   private readonly topics: string[];
   private queue: Promise<void> = Promise.resolve();

@@ -1,5 +1,6 @@
 #include "tests/engine/session/bodies/scenes.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace limber::session::test {
@@ -42,7 +43,12 @@ bool same(const scene::Constraint& a, const scene::Constraint& b) {
   return a.id == b.id && a.frame == b.frame && a.nodes == b.nodes && a.axes == b.axes &&
          a.kind == b.kind && a.target == b.target && a.weight == b.weight &&
          a.point.has_value() == b.point.has_value() &&
-         (!a.point || same_point(*a.point, *b.point)) && a.surface_vertex == b.surface_vertex;
+         (!a.point || same_point(*a.point, *b.point)) && a.surface_vertex == b.surface_vertex &&
+         std::equal(a.path.begin(), a.path.end(), b.path.begin(), b.path.end(),
+                    [](const scene::PathKey& p, const scene::PathKey& q) {
+                      return p.frame == q.frame && p.target == q.target;
+                    }) &&
+         a.ease_in == b.ease_in && a.ease_out == b.ease_out && a.reach == b.reach;
 }
 
 BodyEdit random_edit(Random& random) {
@@ -57,10 +63,14 @@ BodyEdit random_edit(Random& random) {
     c.kind = static_cast<scene::TargetKind>(below(random, 3));
     c.target = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     if (below(random, 4) == 0) c.weight = std::numeric_limits<double>::infinity();
+    if (c.kind != scene::TargetKind::kVelocity && c.frame < 9 && below(random, 4) == 0) {
+      c.path = {{c.frame + 1 + below(random, 9 - c.frame), {0, random.uniform(-1, 1), 0}}};
+      c.ease_in = random.uniform(0, 1);
+    }
     return c;
   };
   const auto id = [&] { return static_cast<std::uint64_t>(1 + below(random, 12)); };
-  const auto end = [&] { return static_cast<scene::End>(below(random, 3)); };
+  const auto end = [&] { return static_cast<scene::End>(below(random, 4)); };
   switch (below(random, 18)) {
     case 0:
     case 1:

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/bodies/tet_mesh.h"
+
+namespace limber::scene {
+
+/// A motion of a body whose pins follow given paths: as a rigid body, by least squares of the pins,
+/// and by what they do beside that, which spreads harmonically between them. Pins on a line, or
+/// fewer than three, turn nothing: the rigid part is their mean displacement.
+/// @param pins  node ids of the mesh, each once
+/// @param positions  of these nodes in their order, 3 pins x frames [scene unit]
+/// @returns displacements from rest, 3n x frames [scene unit]
+/// @throws Error{kNumerical} where the mesh has edges that are not finite
+[[nodiscard]] Eigen::MatrixXd motion_of_pins(const bodies::TetMesh& mesh,
+                                             const std::vector<int>& pins,
+                                             const Eigen::Ref<const Eigen::MatrixXd>& positions);
+
+}  // namespace limber::scene
