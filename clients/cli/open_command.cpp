@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include "clients/cli/kinds.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/bodies/plain_files.h"
+#include "clients/cpp/bodies/scene_files.h"
 #include "clients/cpp/linkages/plain_files.h"
 #include "clients/cpp/open_session.h"
 #include "clients/cpp/opening.h"
@@ -34,6 +36,9 @@ struct OpenOptions {
   std::optional<double> max_frequency_hz;
   std::optional<std::uint32_t> slow_steps;
   bodies::Filling filling;  // of a surface
+  std::string stiffness;    // a file, for a body
+  v1::PaintedPoints painted_points = v1::PAINTED_POINTS_UNSPECIFIED;
+  v1::PaintedQuantity painted_quantity = v1::PAINTED_QUANTITY_UNSPECIFIED;
   bool no_wait = false;
   double wait_s = 600;
 };
@@ -105,9 +110,10 @@ std::string what_to_open(Context& context) {
 /// @throws ClientError of options of filling for what is no surface
 void refuse_filling(const OpenOptions& options, client::FileKind kind) {
   if (kind == client::FileKind::kTriangles || !options.filling.is_given()) return;
-  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, options.filling.tets ? "tets" : "within",
-                    "--tets and --within are for a closed surface (.obj, .ply, .stl) that is to "
-                    "be filled");
+  throw ClientError(
+      v1::ERROR_CODE_INVALID_ARGUMENT, options.filling.tets ? "tets" : "within",
+      "--tets and --within are for a closed surface (.obj, .ply, .stl, .off, .glb) that is to "
+      "be filled");
 }
 
 void open(Context& context, const OpenOptions& options) {
@@ -125,6 +131,12 @@ void open(Context& context, const OpenOptions& options) {
   if (!options.optimise.empty()) {
     scene.mutable_material_optimisation()->set_variables(
         bodies::kMaterialVariables.at(options.optimise));
+  }
+  if (!options.stiffness.empty()) {
+    auto& painted = *scene.mutable_painted_stiffness();
+    painted = client::painted_stiffness(options.stiffness, "stiffness");
+    painted.set_points(options.painted_points);
+    painted.set_quantity(options.painted_quantity);
   }
   if (options.max_frequency_hz)
     scene.mutable_material_optimisation()->set_max_frequency_hz(*options.max_frequency_hz);
@@ -167,13 +179,13 @@ void add_open_command(CLI::App& app, Context& context) {
       subcommand(app, "open", "Open a scene as a session: upload it, build its model, solve it",
                  "limber open scene.json --session robot\n  limber open mesh.msh\n  limber open "
                  "--sample flower --optimise all");
-  auto* file =
-      command->add_option("scene", options->scene,
-                          "Scene file (JSON), whose mesh file is uploaded; a job of the public "
-                          "relaxation code (its folder); the name of a sample; or, with defaults "
-                          "that it prints, a mesh of tets (.msh, .vtk, .vtu, .mesh, .ele, .veg, "
-                          ".abq), a closed surface to be filled with tets (.obj, .ply, .stl), or "
-                          "lines of a linkage (.obj with `l`)");
+  auto* file = command->add_option(
+      "scene", options->scene,
+      "Scene file (JSON), whose mesh file is uploaded; a job of the public "
+      "relaxation code (its folder); the name of a sample; or, with defaults "
+      "that it prints, a mesh of tets (.msh, .vtk, .vtu, .mesh, .ele, .veg, "
+      ".abq), a closed surface to be filled with tets (.obj, .ply, .stl, .off, .glb), or "
+      "lines of a linkage (.obj with `l`)");
   auto* known = command
                     ->add_option("--sample", options->sample,
                                  "A sample scene instead; `limber sample` lists them")
@@ -195,6 +207,22 @@ void add_open_command(CLI::App& app, Context& context) {
                       "Of a surface: about so many tets (default: 5000)");
   command->add_option("--within", options->filling.within,
                       "Of a surface: keep within this share of the body's length (default: 0.02)");
+  auto* stiffness = command->add_option(
+      "--stiffness", options->stiffness,
+      "Of a body: a file with a number for each vertex of its surface (or node of its mesh, where "
+      "it has no surface of its own), that the stiffness there is multiplied by: text, .ply with "
+      "a property, or JSON of groups");
+  command->add_option("--stiffness-of", options->painted_points, "What the numbers are of")
+      ->needs(stiffness)
+      ->transform(CLI::CheckedTransformer(std::map<std::string, v1::PaintedPoints>{
+          {"surface", v1::PAINTED_POINTS_SURFACE}, {"nodes", v1::PAINTED_POINTS_NODES}}));
+  command
+      ->add_option("--stiffness-as", options->painted_quantity,
+                   "What the numbers are: factors, or Young's moduli [Pa]")
+      ->needs(stiffness)
+      ->transform(CLI::CheckedTransformer(std::map<std::string, v1::PaintedQuantity>{
+          {"factor", v1::PAINTED_QUANTITY_FACTOR},
+          {"pascal", v1::PAINTED_QUANTITY_YOUNGS_MODULUS}}));
   command->add_flag("--no-wait", options->no_wait, "Return while the model is still being built");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))

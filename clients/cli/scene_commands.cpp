@@ -118,7 +118,7 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command = subcommand(app, "tetrahedralize",
                        "Fill a closed triangle surface with tets (needs no server)",
                        "limber tetrahedralize bunny.obj -o bunny.msh --tets 8000 --within 0.01");
-  command->add_option("surface", *surface, ".obj, .ply or .stl")->required();
+  command->add_option("surface", *surface, ".obj, .ply, .stl, .off or .glb")->required();
   command->add_option("-o,--out", *mesh, "Mesh file to write")->capture_default_str();
   command->add_option("--tets", *tets, "About how many tets")
       ->check(CLI::Range(50U, 5000000U))

@@ -25,7 +25,7 @@ FileKind kind_of_file(const fs::path& path) {
   if (!fs::is_regular_file(path, ignored)) return FileKind::kScene;
   if (is_one_of(ending, {".msh", ".mesh", ".vtk", ".vtu", ".ele", ".node", ".veg", ".abq", ".inp"}))
     return FileKind::kTets;
-  if (is_one_of(ending, {".ply", ".stl"})) return FileKind::kTriangles;
+  if (is_one_of(ending, {".ply", ".stl", ".off", ".glb"})) return FileKind::kTriangles;
   if (ending != ".obj") return FileKind::kScene;
   const ObjLines obj = read_obj_lines(read_bytes(path, "scene"));
   return obj.has_faces || obj.lines.empty() ? FileKind::kTriangles : FileKind::kLines;

@@ -33,6 +33,7 @@ v1::Scene load_scene(const fs::path& path) {
   put_beam_bytes(scene, folder);
   put_pose_bytes(scene, folder);
   put_surface_bytes(scene, folder);
+  put_stiffness_bytes(scene, folder);
   return scene;
 }
 

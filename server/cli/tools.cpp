@@ -134,7 +134,8 @@ void ToolCommands::add_to(CLI::App& app, const MakeKinds& make_kinds) {
 void ToolCommands::add_tetrahedralize(CLI::App& app) {
   auto& line = tetrahedralize_;
   auto* command = app.add_subcommand(
-      "tetrahedralize", "A closed triangle surface (.obj, .ply, .stl) to a tet mesh (.msh, .vtu)");
+      "tetrahedralize",
+      "A closed triangle surface (.obj, .ply, .stl, .off, .glb) to a tet mesh (.msh, .vtu)");
   command->add_option("surface", line.surface, "Surface file")->required();
   command->add_option("-o,--output,output", line.output, "Mesh file to write (.msh, .vtu)")
       ->required();

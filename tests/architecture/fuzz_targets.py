@@ -16,7 +16,7 @@ BY = {
     **dict.fromkeys(("read_gmsh", "read_gmsh_1", "read_gmsh_2", "read_gmsh_4", "read_medit", "read_tetgen", "read_vega", "read_abaqus",
                      "read_vtk_legacy", "read_vtu", "read_real_array", "read_integer_array", "decode_base64", "read_materials",
                      "read_gmsh_names", "parse_abaqus_keyword", "read_row"), "read_mesh"),
-    **dict.fromkeys(("read_obj", "read_ply", "read_stl", "read_format"), "read_surface"),
+    **dict.fromkeys(("read_obj", "read_ply", "read_stl", "read_off", "read_glb", "read_format"), "read_surface"),
     "read_vtu_points": "read_vtu_series",
     "read_line": "AllowList",
     "parse": "SessionKey::parse",

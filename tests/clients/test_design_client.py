@@ -1,12 +1,13 @@
 """Designs and pictures as values: what is refused before anything is sent."""
 
+import json
 import struct
 from xml.etree import ElementTree
 
 import limber
 import numpy as np
 import pytest
-from limber.linkages import goals
+from limber.linkages import goals, surfaces
 from limber.v1 import design_pb2 as messages
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -120,11 +121,27 @@ TEXT_STL = "solid s\n" + "".join(
 TEXT_PLY = ("ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n"
             "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
             + "".join("{} {} {}\n".format(*point) for point in SQUARE) + "4 0 1 2 3\n")
+TEXT_OFF = "COFF # a square\n4 1\n" + "".join("{} {} {} 255 0 0 255\n".format(*point) for point in SQUARE) + "4 0 1 2 3 0.5 0 0\n"
+
+
+def glb(mode, order):
+    """The square as a fan (mode 6) or a strip (5) of two triangles, half as large in a node that doubles it."""
+    points = np.array([SQUARE[i] for i in order], dtype="<f4") / 2
+    document = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "scale": [2, 2, 2]}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": mode}]}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 4}],
+                "bufferViews": [{"buffer": 0, "byteLength": 48}], "buffers": [{"byteLength": 48}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    return (struct.pack("<4sII", b"glTF", 2, 28 + len(text) + 48) + struct.pack("<I4s", len(text), b"JSON") + text
+            + struct.pack("<I4s", 48, b"BIN\0") + points.tobytes())
+
+
 TEXT_OBJ = "".join("v {} {} {}\n".format(*point) for point in SQUARE) + "f 1/1 2/2 -2//1 4 # a square\n"
 
 
 @pytest.mark.parametrize("name, content", [
-    ("s.obj", TEXT_OBJ.encode()), ("s.ply", TEXT_PLY.encode()), ("s.stl", TEXT_STL.encode()), ("b.stl", binary_stl()),
+    ("s.obj", TEXT_OBJ.encode()), ("s.ply", TEXT_PLY.encode()), ("s.stl", TEXT_STL.encode()), ("s.off", TEXT_OFF.encode()), ("s.glb", glb(6, (0, 1, 2, 3))), ("b.stl", binary_stl()),
     ("b.ply", binary_ply("little")), ("B.PLY", binary_ply("big"))])
 def test_pictures_draw_the_files_that_designs_take(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
@@ -134,9 +151,17 @@ def test_pictures_draw_the_files_that_designs_take(tmp_path, name, content):
     assert (tmp_path / "file.svg").read_text() == (tmp_path / "arrays.svg").read_text()
 
 
+def test_strips_of_a_glb_are_drawn(tmp_path):
+    (tmp_path / "s.glb").write_bytes(glb(5, (0, 1, 3, 2)))
+    points, triangles = surfaces.read(tmp_path / "s.glb", "surface")
+    areas = np.cross(points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]) / 2
+    whole = np.cross(np.subtract(SQUARE[1], SQUARE[0]), np.subtract(SQUARE[3], SQUARE[0]))
+    assert len(triangles) == 2 and np.linalg.norm(areas, axis=1).sum() == pytest.approx(np.linalg.norm(whole))
+
+
 def test_surfaces_that_cannot_be_drawn_are_refused(tmp_path):
     for name, content in (("a.obj", ""), ("b.ply", "ply\n"), ("c.ply", TEXT_PLY[:-9]), ("d.stl", "vertex 1 2"),
-                          ("e.txt", ""), ("f.obj", "v 0 0 0\nf 1 2 3\n"), ("g.obj", "v 0 x 0\n")):
+                          ("e.txt", ""), ("h.off", TEXT_OFF[:-12]), ("i.off", ""), ("j.glb", "glTF"), ("f.obj", "v 0 0 0\nf 1 2 3\n"), ("g.obj", "v 0 x 0\n")):
         (tmp_path / name).write_text(content)
     rows = np.stack(np.meshgrid(np.arange(3.0), np.arange(4.0), [0.0]), axis=-1)[:, :, 0]
     points = rows.reshape(-1, 3)

@@ -4,8 +4,11 @@
 
 #include <cstring>
 
+#include "clients/cpp/bodies/scene_files.h"
+#include "clients/cpp/bodies/surface_files.h"
 #include "clients/cpp/error.h"
 #include "clients/cpp/frames.h"
+#include "clients/cpp/plain_files.h"
 #include "clients/cpp/scene_files.h"
 #include "tests/clients/refusal.h"
 #include "tests/support/temporary_folder.h"
@@ -156,6 +159,31 @@ TEST(SceneFiles, BaseMotionsAreUploaded) {
   EXPECT_EQ(refused(R"({"path": "none.pc2"})").code(), v1::ERROR_CODE_IO);
   EXPECT_EQ(refused(R"({"vtu_series": {"paths": ["f/c.vtu", "x"]}})").field(),
             "base_motion.vtu_series.paths[1]");
+}
+
+TEST(SceneFiles, PaintedStiffnessIsUploaded) {
+  const limber::TemporaryFolder folder;
+  write_bytes(folder.path() / "f" / "a.txt", "1 2 3");
+  write_bytes(folder.path() / "s.json",
+              R"({"painted_stiffness": {"path": "f/a.txt", "points": "PAINTED_POINTS_NODES"}})");
+  const auto painted = load_scene(folder.path() / "s.json").painted_stiffness();
+  EXPECT_EQ(painted.file().name(), "a.txt");
+  EXPECT_EQ(painted.file().content(), "1 2 3");
+  EXPECT_EQ(painted.points(), v1::PAINTED_POINTS_NODES);
+  EXPECT_EQ(refusal([&] { (void)painted_stiffness(folder.path() / "none.txt"); }).field(),
+            "painted_stiffness.path");
+  write_bytes(folder.path() / "s.json", R"({"name": "a"})");
+  EXPECT_FALSE(load_scene(folder.path() / "s.json").has_painted_stiffness());
+}
+
+TEST(SceneFiles, SurfacesAreToldByTheirEndings) {
+  const limber::TemporaryFolder folder;
+  for (const char* name : {"a.ply", "a.stl", "a.OFF", "a.glb"}) {
+    write_bytes(folder.path() / name, "x");
+    EXPECT_EQ(kind_of_file(folder.path() / name), FileKind::kTriangles) << name;
+  }
+  write_bytes(folder.path() / "m.surface.glb", "x");
+  EXPECT_EQ(surface_beside(folder.path() / "m.msh"), folder.path() / "m.surface.glb");
 }
 
 TEST(SceneFiles, WhatCannotBeReadIsReported) {

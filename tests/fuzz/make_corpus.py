@@ -3,6 +3,7 @@
 
 usage: tests/fuzz/make_corpus.py    (needs the Python client's messages: scripts/build release limber_python_proto)"""
 
+import json
 import struct
 import sys
 from pathlib import Path
@@ -86,6 +87,35 @@ def stl(is_binary):
             struct.pack("<12fH", 0, 0, 0, *(x for p in triangle for x in p), 0) for triangle in corners)
     return b"solid a\n" + b"".join(b"facet normal 0 0 1\nouter loop\n" + b"".join(b"vertex %d %d %d\n" % p for p in t) +
                                    b"endloop\nendfacet\n" for t in corners) + b"endsolid a\n"
+
+
+def off():
+    return b"COFF # colours\n4 4 6\n" + b"".join(b"%d %d %d 255 0 0 255\n" % p for p in POINTS) + b"".join(
+        b"3 %d %d %d 0.5 0 0\n" % f for f in FACES)
+
+
+def glb(kind):
+    """A list of triangles with indices, a strip in two nested nodes, or sparse positions."""
+    points = struct.pack("<12f", *(x for p in POINTS for x in p))
+    faces = bytes(i for f in FACES for i in f)
+    views = [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}]
+    positions = {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 4}
+    primitive = {"attributes": {"POSITION": 0}, "indices": 1}
+    nodes = [{"mesh": 0}]
+    if kind == "strip":
+        primitive = {"attributes": {"POSITION": 0}, "mode": 5}
+        nodes = [{"children": [1, 2], "matrix": [0, 1, 0, 0, -2, 0, 0, 0, 0, 0, 3, 0, 10, 0, 0, 1]},
+                 {"mesh": 0, "rotation": [0, 0, 0.6, 0.8], "scale": [-1, 1, 1]}, {"mesh": 0, "translation": [0, 0, 5]}]
+    if kind == "sparse":
+        views += [{"buffer": 0, "byteOffset": 48, "byteLength": 1}, {"buffer": 0, "byteLength": 16, "byteStride": 16}]
+        positions["sparse"] = {"count": 1, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3}}
+    text = json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
+        "accessors": [positions, {"bufferView": 1, "componentType": 5121, "type": "SCALAR", "count": 12}],
+        "bufferViews": views, "buffers": [{"byteLength": 60}]}, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return (struct.pack("<4sII", b"glTF", 2, 28 + len(text) + 60) + struct.pack("<I4s", len(text), b"JSON") + text +
+            struct.pack("<I4s", 60, b"BIN\0") + points + faces)
 
 
 def fill(message, depth=0):
@@ -192,6 +222,9 @@ def surfaces():
         yield "ply_" + kind, b"sa.ply\n" + ply(kind)
     yield "stl_ascii", b"sa.stl\n" + stl(False)
     yield "stl_binary", b"sa.stl\n" + stl(True)
+    yield "off", b"sa.off\n" + off()
+    for kind in ("triangles", "strip", "sparse"):
+        yield "glb_" + kind, b"sa.glb\n" + glb(kind)
     yield "materials", b"m\n" + OBJ
     yield "lines", b"la.obj\n" + LINES
     yield "edges_obj", b"ea.obj\n" + LINES
@@ -203,6 +236,10 @@ def surfaces():
         yield "series_" + name, b"v\n" + SEPARATOR.join([(DATA / name).read_bytes()] * 3)
     yield "job", b"j\n" + JOB + SEPARATOR + b'{"initialDistortion":[0,0,1,0,0,0],"maxDRMIterations":100}'
     yield "client_lines", b"o\n" + LINES
+    yield "stiffness_text", b"fa.txt\n# of four points\n1, 2.5\n1e3 4\n"
+    yield "stiffness_groups", b'fa.json\n{"groups":{"tip":{"vertices":[0,3],"factor":2},"rest":{"vertices":[1],"youngs_modulus":1e6}}}'
+    yield "stiffness_ply", b"fa.ply\n" + (b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float quality\n"
+                                          b"end_header\n0 1\n1 2\n2 3\n3 4\n")
 
 
 def jobs():
@@ -216,9 +253,10 @@ def jobs():
 def files():
     for place, name, content in (("m", "a.veg", VEGA), ("m", "a.msh", (DATA / "gmsh_2_ascii.msh").read_bytes()), ("s", "a.obj", OBJ),
                                  ("k", "a.veg", VEGA), ("p", "a.pc2", pc2(4, 3)), ("l", "a.obj", LINES), ("e", "a.ply", edge_ply()),
-                                 ("t", "a.stl", stl(True)), ("t", "a.ply", ply("binary_little_endian")), ("d", "a.obj", OBJ),
+                                 ("t", "a.stl", stl(True)), ("t", "a.ply", ply("binary_little_endian")), ("t", "a.off", off()), ("s", "a.glb", glb("triangles")), ("d", "a.obj", OBJ),
                                  ("c", "a.ply", ply("ascii")), ("a", "a.veg", VEGA)):
         yield f"{place}_{name}", place.encode() + name.encode() + b"\n" + content
+    yield "f_text", b"fa.txt\n1 2.5 1e3 4"
     yield "j_job", b"jSimulationJob.json\n" + JOB + SEPARATOR + b"a.ply\n" + edge_ply()
     yield "b_vtu", b"b" + SEPARATOR.join([b"a.vtu\n" + (DATA / "vtu_ascii.vtu").read_bytes()] * 3)
     yield "m_elastic", b"ma.veg\n" + VEGA + SEPARATOR + b"a.elastic\n" + ELASTIC

@@ -1,6 +1,8 @@
 """What tests of designs give to the service, and how they ask it."""
 
+import json
 import os
+import struct
 import subprocess
 import time
 
@@ -33,6 +35,27 @@ def write_stl(path, vertices, triangles):
     records = np.zeros(len(corners), dtype=[("numbers", "<f4", 12), ("attribute", "<u2")])
     records["numbers"][:, 3:] = corners
     path.write_bytes(bytes(80) + np.uint32(len(corners)).astype("<u4").tobytes() + records.tobytes())
+
+
+def write_off(path, vertices, triangles):
+    path.write_text(f"OFF\n{len(vertices)} {len(triangles)} 0\n" + "".join(f"{x} {y} {z}\n" for x, y, z in vertices)
+                    + "".join(f"3 {a} {b} {c}\n" for a, b, c in triangles))
+
+
+def write_glb(path, vertices, triangles):
+    """Half as large, in a node that doubles it; indices of two bytes."""
+    points, corners = (vertices / 2).astype("<f4").tobytes(), triangles.astype("<u2").tobytes()
+    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "scale": [2, 2, 2]}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": len(vertices)},
+                              {"bufferView": 1, "componentType": 5123, "type": "SCALAR", "count": triangles.size}],
+                "bufferViews": [{"buffer": 0, "byteLength": len(points)},
+                                {"buffer": 0, "byteOffset": len(points), "byteLength": len(corners)}],
+                "buffers": [{"byteLength": len(points) + len(corners)}]}
+    text, binary = json.dumps(document).encode(), points + corners
+    text, binary = text + b" " * (-len(text) % 4), binary + bytes(-len(binary) % 4)
+    path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(binary), len(text), 0x4E4F534A) + text
+                     + struct.pack("<II", len(binary), 0x004E4942) + binary)
 
 
 def run(server, *arguments):

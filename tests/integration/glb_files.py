@@ -25,6 +25,8 @@ def read(path):
     assert content[24 + size:28 + size] == b"BIN\0"
     binary = content[28 + size:]
 
+    check(document, len(binary))
+
     def values(number):
         accessor = document["accessors"][number]
         view = document["bufferViews"][accessor["bufferView"]]
@@ -35,8 +37,51 @@ def read(path):
     return document, values
 
 
+def check(document, size):
+    """What glTF 2.0 demands of the parts that these files have: bounds, alignment, counts."""
+    views, accessors = document["bufferViews"], document["accessors"]
+    (buffer,) = document["buffers"]
+    assert 0 <= size - buffer["byteLength"] < 4
+    for view in views:
+        assert view["buffer"] == 0 and view["byteOffset"] % 4 == 0 and view["byteOffset"] + view["byteLength"] <= buffer["byteLength"]
+    for accessor in accessors:
+        assert accessor["count"] > 0
+        assert 4 * WIDTHS[accessor["type"]] * accessor["count"] == views[accessor["bufferView"]]["byteLength"]
+    (mesh,) = document["meshes"]
+    (scene,), (node,) = document["scenes"], document["nodes"]
+    assert scene["nodes"] == [0] and node["mesh"] == 0
+    targets = len(mesh.get("weights", []))
+    for primitive in mesh["primitives"]:
+        assert accessors[primitive["indices"]]["count"] % 3 == 0 and len(primitive.get("targets", [])) == targets
+        count = accessors[primitive["attributes"]["POSITION"]]["count"]
+        for attributes in (primitive["attributes"], *primitive.get("targets", [])):
+            assert {"POSITION", "NORMAL"} <= set(attributes)
+            assert all(accessors[number]["count"] == count for number in attributes.values())
+            assert {"min", "max"} <= set(accessors[attributes["POSITION"]])
+        assert 0 <= primitive["material"] < len(document["materials"])
+    for animation in document.get("animations", []):
+        for channel in animation["channels"]:
+            assert channel["target"] == {"node": 0, "path": "weights"}
+            sampler = animation["samplers"][channel["sampler"]]
+            frames = accessors[sampler["input"]]
+            assert accessors[sampler["output"]]["count"] == frames["count"] * targets
+            assert (frames["min"][0], len(frames["max"])) == (0, 1)
+
+
 def played(path):
-    """Faces, positions in each frame (frames x vertices x 3, of the mesh itself) and the times of frames."""
+    """Faces, positions in each frame (frames x vertices x 3, of the mesh itself) and the times of frames. Of vertices that are at
+    one place in all frames, those at sharp edges and seams, the first one."""
+    faces, positions, times = shown(path)[:3]
+    _, first, number = np.unique(positions.transpose(1, 0, 2).reshape(positions.shape[1], -1), axis=0, return_index=True,
+                                 return_inverse=True)
+    order = np.argsort(first)
+    place = np.empty(len(order), dtype=int)
+    place[order] = np.arange(len(order))
+    return place[number.reshape(-1)][faces], positions[:, first[order]], times
+
+
+def shown(path):
+    """Faces, positions and times as the file has them, and normals (frames x vertices x 3, not of unit length)."""
     document, values = read(path)
     primitives = document["meshes"][0]["primitives"]
     primitive = primitives[0]
@@ -45,12 +90,14 @@ def played(path):
     base = values(primitive["attributes"]["POSITION"]).astype(float)
     faces = np.concatenate([values(part["indices"]).reshape(-1, 3) for part in primitives])
     if "animations" not in document:
-        return faces, base[None], np.zeros(1)
-    targets = np.array([values(target["POSITION"]) for target in primitive["targets"]], dtype=float)
+        return faces, base[None], np.zeros(1), values(primitive["attributes"]["NORMAL"])[None]
+    targets, added = (np.array([values(target[name]) for target in primitive["targets"]], dtype=float)
+                      for name in ("POSITION", "NORMAL"))
     (sampler,) = document["animations"][0]["samplers"]
     times = values(sampler["input"])
     weights = values(sampler["output"]).reshape(len(times), -1).astype(float)
-    return faces, base + np.einsum("fk,kvx->fvx", weights, targets), times
+    normals = values(primitive["attributes"]["NORMAL"]) + np.einsum("fk,kvx->fvx", weights, added)
+    return faces, base + np.einsum("fk,kvx->fvx", weights, targets), times, normals
 
 
 def validate(*paths):

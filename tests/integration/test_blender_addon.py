@@ -96,6 +96,23 @@ def test_a_refused_wish_is_told_and_the_next_one_works(live_box):
     assert live_box.error == ""
 
 
+def test_a_painted_group_makes_tets_stiffer(server):
+    from limber_blender import live
+    vertices, triangles = box()
+    factors = np.where(vertices[:, 0] > 2.1, 20.0, 1.0)
+    made = live.Live(live.Body("painted", vertices, triangles, frames=20, rate=25, tets=400, modes=6, tolerance=0.5,
+                               stiffness=factors), endpoint=server.connection.endpoint)
+    wait_for(lambda: made.picture, made)
+    (session,) = [server.session(status.session) for status in server.sessions() if status.name == "painted"]
+    geometry, groups = session.geometry(), session.scene().material_groups
+    centres = geometry.rest[geometry.tets].mean(axis=1)[:, 0]
+    assert sorted(round(group.material.youngs_modulus) for group in groups) == [100000, 2000000]
+    for group in groups:
+        of_group = centres[np.array(group.tets)]
+        assert of_group.min() > 1.7 if group.material.youngs_modulus > 1e6 else of_group.max() < 2.6
+    made.stop(wait=True)
+
+
 def test_a_surface_that_cannot_be_filled_fails_in_words(server):
     from limber_blender import live
     made = live.Live(live.Body("none", np.zeros((3, 3)), np.array([[0, 1, 2]]), frames=10, rate=25),

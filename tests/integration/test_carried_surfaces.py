@@ -9,10 +9,14 @@ import limber
 import meshio
 import numpy as np
 import pytest
+from design_inputs import write_glb, write_off
 
 ROOT = Path(__file__).resolve().parents[2]
 SPOT = Path(os.environ.get("LIMBER_SHARED", ROOT.parent / "shared")) / "data" / "surfaces" / "spot.obj"
 
+BOX = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 3)], dtype=float)
+TRIANGLES = np.array([(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2),
+                      (1, 3, 7), (1, 7, 5)])
 OBJ = """# a box whose corners are split for its texture
 mtllib paint.mtl
 v 0 0 0
@@ -108,6 +112,30 @@ def test_tetrahedralize_keeps_the_surface_beside_the_tets(server, cli, box, tmp_
         assert (tmp_path / "files" / "motion_detail.obj").read_text() == OBJ
     with contextlib.closing(server.open(tmp_path / "filled.msh")) as session:
         assert len(session.carried_surface().vertices) == 9
+
+
+@pytest.mark.parametrize("kind, write", [("off", write_off), ("glb", write_glb)])
+def test_other_formats_are_filled_and_carried(server, cli, tmp_path, kind, write):
+    """In Python and at the command line; what is exported has the triangles of the file."""
+    write(tmp_path / f"box.{kind}", BOX, TRIANGLES)
+    with contextlib.closing(server.open(tmp_path / f"box.{kind}", tets=800, progress=False)) as session:
+        surface = session.carried_surface()
+        assert surface.name == f"box.{kind}" and len(surface.vertices) == 8
+        corners = np.asarray(surface.vertices)[surface.triangles]
+        volume = np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        assert len(corners) == 12 and volume == pytest.approx(3, rel=1e-6)
+        session.export(tmp_path / "out", ("surface", "scene"), stem="box")
+        assert sum(line.startswith("f ") for line in (tmp_path / "out" / "box_detail.obj").read_text().splitlines()) == 12
+    with contextlib.closing(server.open(tmp_path / "out" / "box.json", progress=False)) as session:
+        assert session.carried_surface().name == f"box_surface_given.{kind}"
+    made = cli("tetrahedralize", tmp_path / f"box.{kind}", "-o", tmp_path / "filled.msh", "--tets", 800)
+    assert made.returncode == 0, made.stderr
+    assert (tmp_path / f"filled.surface.{kind}").read_bytes() == (tmp_path / f"box.{kind}").read_bytes()
+    for file in ("filled.msh", f"box.{kind}"):
+        opened = cli("open", tmp_path / file, "--session", "filled")
+        assert opened.returncode == 0, opened.stderr
+        with contextlib.closing(server.session("filled")) as session:
+            assert len(session.carried_surface().vertices) == 8
 
 
 def test_a_scene_without_a_surface_says_so(server):

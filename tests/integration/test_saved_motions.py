@@ -11,7 +11,7 @@ import limber
 import numpy as np
 import pytest
 from conftest import ROOT, small_scene, tip_of
-from glb_files import played, read, validate
+from glb_files import played, read, shown, validate
 from linkage_inputs import linkage  # noqa: F401
 from refusals import refusal
 
@@ -50,6 +50,34 @@ def test_glb_plays_the_motion_of_a_body(flower, tmp_path):
     assert 0 <= weights.min() and weights.max() == pytest.approx(1)
     report, = validate(tmp_path / "motion.glb")
     assert report["info"]["hasMorphTargets"] and report["info"]["animationCount"] == 1
+    names = [document[kind][0]["name"] for kind in ("nodes", "meshes", "animations")]
+    assert names == 3 * [flower.status().name] and document["scenes"][0]["name"] == flower.id
+
+
+def test_glb_is_shaded_by_the_moved_surface(flower, tmp_path):
+    """Normals are those of the triangles around a vertex, up to its sharp edges, in every frame."""
+    flower.save(tmp_path / "motion.glb")
+    faces, positions, _, normals = shown(tmp_path / "motion.glb")
+    for frame in range(0, len(positions), 10):
+        corners = positions[frame][faces]
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        sums = np.zeros(positions.shape[1:])
+        np.add.at(sums, faces, areas[:, None])
+        along = np.einsum("vi,vi->v", sums, normals[frame])
+        off = np.degrees(np.arccos(np.clip(along / np.linalg.norm(sums, axis=1) / np.linalg.norm(normals[frame], axis=1), -1, 1)))
+        assert np.quantile(off, 0.99) < 2 and off.max() < 20, frame
+        assert 0.9 < np.linalg.norm(normals[frame], axis=1).min()
+
+
+def test_short_motions_need_no_more_targets_than_frames(server, tmp_path):
+    with contextlib.closing(server.open(small_scene(frames=8), progress=False)) as opened:
+        opened.add(node=tip_of(opened), frame=4, displacement=(0, 0.4, 0.1))
+        opened.wait()
+        saved = opened.save(tmp_path / "short.glb", tolerance=1e-12)
+        _, expected = surface_frames(opened)
+        assert 0 < saved.targets < len(expected) == 8
+        assert farthest(played(tmp_path / "short.glb")[1], expected) < 1e-6
+        validate(tmp_path / "short.glb")
 
 
 def test_tolerance_and_axes(session, tmp_path):
@@ -234,16 +262,16 @@ def test_a_drawn_surface_keeps_its_vertices(server, tmp_path):
 
     saved = opened.save(out / "moving.glb")
     document, values = read(out / "moving.glb")
-    faces, positions, _ = played(out / "moving.glb")
+    faces, positions, _, _ = shown(out / "moving.glb")
     coat, legs = document["materials"]
     assert (coat["name"], coat["pbrMetallicRoughness"]["baseColorFactor"]) == ("coat", [1, 0.5, 0.25, 1])
     assert (legs["name"], legs["alphaMode"]) == ("legs", "BLEND")
     parts = document["meshes"][0]["primitives"]
     assert [document["accessors"][part["indices"]]["count"] for part in parts] == [3 * 1000, 3 * 4856]
-    shown = values(document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]) * (1, -1) + (0, 1)
+    coordinates = values(document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]) * (1, -1) + (0, 1)
     corners = [part.split("/") for word in words if word[:1] == ["f"] for part in word[1:]]
-    assert len(shown) == positions.shape[1] > 2930 and faces.size == len(corners) == 3 * 5856
-    assert np.allclose(shown[faces.ravel()], texcoords[[int(t) - 1 for _, t, *_ in corners]], atol=1e-6)
+    assert len(coordinates) == positions.shape[1] > 2930 and faces.size == len(corners) == 3 * 5856
+    assert np.allclose(coordinates[faces.ravel()], texcoords[[int(t) - 1 for _, t, *_ in corners]], atol=1e-6)
     assert np.abs(positions[:, faces.ravel()] - shapes[:, [int(v) - 1 for v, *_ in corners]]).max() <= 1.01 * saved.error
     validate(out / "moving.glb")
     opened.close()

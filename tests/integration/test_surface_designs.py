@@ -3,7 +3,7 @@
 import limber
 import numpy as np
 import pytest
-from design_inputs import cap, run, sheet, strip_scene, until, write_obj, write_ply, write_stl
+from design_inputs import cap, run, sheet, strip_scene, until, write_glb, write_obj, write_off, write_ply, write_stl
 from refusals import refusal
 
 
@@ -51,7 +51,8 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
         server.starting_grid((fin, [(0, 1, 2), (0, 1, 3), (0, 1, 4)]))
 
 
-@pytest.mark.parametrize("kind, write", [("obj", write_obj), ("ply", write_ply), ("stl", write_stl)])
+@pytest.mark.parametrize("kind, write", [("obj", write_obj), ("ply", write_ply), ("stl", write_stl), ("off", write_off),
+                                         ("glb", write_glb)])
 def test_every_kind_of_file_is_the_surface_in_it(server, tmp_path, kind, write):
     write(tmp_path / f"hill.{kind}", *hill())
     expected = server.starting_grid(hill(), columns=5, rows=5)

@@ -47,6 +47,7 @@ class Body:
     fixed: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))  # vertices
     tets: int = 3000
     youngs_modulus: float = 1e5
+    stiffness: "np.ndarray | None" = None  # of each vertex, that the modulus there is multiplied by
     density: float = 1000.0
     period: float = 0.0     # seconds of the slowest swing; 0: as the material has it
     manner: Manner = Manner()
@@ -187,7 +188,8 @@ class Live:
             scene = limber.scene_from_arrays(
                 nodes, filled.tets, name=body.name, frames=body.frames, fixed_nodes=fixed, frames_per_second=body.rate,
                 length_unit_in_metres=body.metres, youngs_modulus=body.youngs_modulus, density=body.density,
-                modes=body.modes, tolerance=body.tolerance, surface=path, **limber.liveliness(body.manner.calm), **ends_of(body.manner), **options)
+                modes=body.modes, tolerance=body.tolerance, surface=path, stiffness=body.stiffness,
+                **limber.liveliness(body.manner.calm), **ends_of(body.manner), **options)
         self._state = "building"
         self._session = server.open(scene, progress=False, timeout=PATIENCE)
         self.nodes, self.surface_nodes = nodes, np.unique(self._session.geometry().surface)

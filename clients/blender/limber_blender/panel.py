@@ -10,6 +10,9 @@ from .scene_link import FIXED, LINKS
 class Settings(bpy.types.PropertyGroup):
     tets: bpy.props.IntProperty(name="Tets", default=3000, min=50, description="How many fill the surface")
     youngs_modulus: bpy.props.FloatProperty(name="Stiffness [Pa]", default=1e5, min=1, description="Young's modulus")
+    stiff_group: bpy.props.StringProperty(name="Stiffer in", description="A vertex group, painted: weights from 0 (as above) to 1")
+    stiffest: bpy.props.FloatProperty(name="Times", default=10, min=1e-6, max=1e6,
+                                      description="What the stiffness is multiplied by where the weight is 1; less in equal ratios")
     density: bpy.props.FloatProperty(name="Density [kg/m3]", default=1000, min=1e-3)
     period: bpy.props.FloatProperty(name="Swing [s]", default=1.0, min=0,
                                     description="Seconds of the slowest swing; 0: as the stiffness has it")
@@ -35,7 +38,12 @@ class Panel(bpy.types.Panel):
         layout, settings, object = self.layout, context.scene.limber, context.object
         link = LINKS.get(object.get("limber_object", object.name)) if object else None
         if link is None:
-            for name in ("tets", "youngs_modulus", "density", "period", "calm", "loop", "modes", "tolerance", "endpoint", "binary"):
+            layout.prop(settings, "tets")
+            layout.prop(settings, "youngs_modulus")
+            if object:
+                layout.prop_search(settings, "stiff_group", object, "vertex_groups")
+                layout.prop(settings, "stiffest")
+            for name in ("density", "period", "calm", "loop", "modes", "tolerance", "endpoint", "binary"):
                 layout.prop(settings, name)
             layout.label(text=f'The vertex group "{FIXED}" is held')
             layout.operator("limber.start")

@@ -23,6 +23,11 @@ def manner_of(settings) -> live.Manner:
     return live.Manner(settings.calm, settings.loop)
 
 
+def weights(mesh, group) -> np.ndarray:
+    """Of each vertex, its weight in a vertex group; 0 where it is not in it."""
+    return np.array([next((item.weight for item in vertex.groups if item.group == group.index), 0.0) for vertex in mesh.vertices])
+
+
 class Link:
     """One object and its session."""
 
@@ -46,11 +51,14 @@ class Link:
         group = object.vertex_groups.get(FIXED)
         fixed = [vertex.index for vertex in mesh.vertices
                  if group and any(item.group == group.index and item.weight > 0.5 for item in vertex.groups)]
+        stiff = object.vertex_groups.get(settings.stiff_group) if settings.stiff_group else None
         self.body = live.Body(name=object.name, vertices=self.world(self.drawn), triangles=triangles.reshape(-1, 3),
                               frames=self.frames, rate=self.rate, metres=scene.unit_settings.scale_length,
                               fixed=np.array(fixed, dtype=int), tets=settings.tets,
-                              youngs_modulus=settings.youngs_modulus, density=settings.density, period=settings.period,
-                              manner=manner_of(settings), modes=settings.modes, tolerance=settings.tolerance)
+                              youngs_modulus=settings.youngs_modulus,
+                              stiffness=None if stiff is None else settings.stiffest ** weights(mesh, stiff),
+                              density=settings.density, period=settings.period, manner=manner_of(settings),
+                              modes=settings.modes, tolerance=settings.tolerance)
         self.live = live.Live(self.body, endpoint, binary)
         self._wished: "tuple[list[live.Wish], live.Manner] | None" = None
         self.asked = 0

@@ -236,8 +236,9 @@ void run(Context& context, const DesignOptions& options) {
 
 void add_goal(CLI::App& command, DesignOptions& options) {
   command
-      .add_option("--surface", options.surface,
-                  "Triangles to deploy towards, .obj, .ply or .stl, in the scene's length unit")
+      .add_option(
+          "--surface", options.surface,
+          "Triangles to deploy towards, .obj, .ply, .stl, .off or .glb, in the scene's length unit")
       ->check(CLI::ExistingFile);
   command.add_option("--translation", options.translation, "Move the surface by x y z")
       ->expected(3);

@@ -69,6 +69,19 @@ void put_pose_bytes(v1::Scene& scene, const fs::path& folder) {
   if (scene.has_base_motion()) put_motion_bytes(*scene.mutable_base_motion(), folder);
 }
 
+v1::PaintedStiffness painted_stiffness(const fs::path& path, const std::string& field) {
+  v1::PaintedStiffness painted;
+  painted.mutable_file()->set_name(path.filename().string());
+  painted.mutable_file()->set_content(read_bytes(path, field));
+  return painted;
+}
+
+void put_stiffness_bytes(v1::Scene& scene, const fs::path& folder) {
+  if (!scene.painted_stiffness().has_path()) return;
+  auto& painted = *scene.mutable_painted_stiffness();
+  *painted.mutable_file() = painted_stiffness(folder / painted.path()).file();
+}
+
 void save_mesh(v1::Scene& scene, const std::string& name, const fs::path& folder) {
   if (scene.mesh().has_file()) {
     const v1::MeshFile file = scene.mesh().file();

@@ -43,7 +43,8 @@ v1::MeshFile surface_file(const fs::path& path, const std::string& field) {
 }
 
 std::optional<fs::path> surface_beside(const fs::path& mesh) {
-  for (const char* ending : {".surface.obj", ".surface.ply", ".surface.stl"}) {
+  for (const char* ending :
+       {".surface.obj", ".surface.ply", ".surface.stl", ".surface.off", ".surface.glb"}) {
     const fs::path beside = fs::path(mesh).replace_extension(ending);
     std::error_code ignored;
     if (fs::is_regular_file(beside, ignored)) return beside;

@@ -10,13 +10,13 @@ namespace limber::client {
 
 namespace v1 = limber::v1;
 
-/// A surface file's bytes for upload (.obj, .ply, .stl), with the .mtl files that it names, as far
-/// as they are there. @throws ClientError IO naming `field`
+/// A surface file's bytes for upload (.obj, .ply, .stl, .off, .glb), with the .mtl files that it
+/// names, as far as they are there. @throws ClientError IO naming `field`
 [[nodiscard]] v1::MeshFile surface_file(const std::filesystem::path& path,
                                         const std::string& field);
 
-/// The surface that is kept beside a mesh: STEM.surface.obj, .ply or .stl; nothing where there is
-/// none.
+/// The surface that is kept beside a mesh: STEM.surface.obj, .ply, .stl, .off or .glb; nothing
+/// where there is none.
 [[nodiscard]] std::optional<std::filesystem::path> surface_beside(
     const std::filesystem::path& mesh);
 

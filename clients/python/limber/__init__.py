@@ -29,6 +29,7 @@ from .bodies.motions import animated_pins, base_motion
 from .bodies.picking import SurfacePoint
 from .bodies.recoveries import Recovery
 from .bodies.scenes import scene_from_arrays, scene_from_mesh
+from .bodies.stiffness import painted_stiffness
 from .bodies.session import Constraint, Session
 from .bodies.simulations import Simulation, force, simulation
 from .browsing import SessionPage
@@ -68,7 +69,7 @@ __all__ = [
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "SnapWarning",
     "StartComparison", "StartingGrid", "StreamedFrames", "StrengthWarning", "SurfacePoint", "Target", "add",
     "add_keyframe", "animated_pins", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
-    "launch", "linkage_scene", "liveliness", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo",
+    "launch", "linkage_scene", "liveliness", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "painted_stiffness", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",
     "simulation", "undo",
 ]

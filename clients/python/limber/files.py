@@ -12,6 +12,8 @@ from . import checks
 from .errors import LimberError, of_file
 from .messages import scene as messages
 
+SURFACES = (".obj", ".ply", ".stl", ".off", ".glb")  # endings of files of triangle surfaces
+
 # What else is read with a mesh file, by its ending.
 _COMPANIONS = {".ele": (".node",), ".node": (".ele",)}
 
@@ -37,7 +39,7 @@ def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.Pat
 
 
 def surface_file(path: "str | os.PathLike[str]", *, field: str = "surface.path") -> "messages.MeshFile":
-    """A surface file's bytes for upload (.obj, .ply, .stl), with the .mtl files that it names, as far as they are there."""
+    """A surface file's bytes for upload (one of SURFACES), with the .mtl files that it names, as far as they are there."""
     path = checks.path(path, field)
     message = messages.MeshFile(name=path.name, content=read(path, field))
     if path.suffix.lower() == ".obj":
@@ -57,8 +59,8 @@ def material_libraries(path: Path, content: bytes, field: str) -> "dict[str, byt
 
 
 def surface_beside(mesh: Path) -> Path | None:
-    """The surface that is kept beside a mesh: STEM.surface.obj, .ply or .stl."""
-    beside = (mesh.with_suffix(f".surface{ending}") for ending in (".obj", ".ply", ".stl"))
+    """The surface that is kept beside a mesh: STEM.surface with an ending of SURFACES."""
+    beside = (mesh.with_suffix(f".surface{ending}") for ending in SURFACES)
     return next((file for file in beside if file.is_file()), None)
 
 

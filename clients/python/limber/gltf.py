@@ -33,10 +33,11 @@ def _material(material: Material) -> "dict[str, Any]":
 
 
 def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str,
-        texcoords: "np.ndarray | None" = None, materials: "Sequence[Material]" = (),
-        origin: "np.ndarray | None" = None) -> bytes:
+        normals: "tuple[np.ndarray, np.ndarray]", texcoords: "np.ndarray | None" = None, materials: "Sequence[Material]" = (),
+        origin: "np.ndarray | None" = None, session: str = "") -> bytes:
     """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y.
-    texcoords: vertices x 2, from the upper left corner; materials: of all triangles, each of which is in one. origin: that
+    Node, mesh and animation have the surface's name, the scene has that of `session`. normals: unit normals of `base` and what
+    each target adds to them; texcoords: vertices x 2, from the upper left corner; materials: of all triangles, each of which is in one. origin: that
     vertices are relative to [length unit]; the node is there."""
     materials = materials or [Material("", COLOUR, np.arange(len(surface.faces)))]
     chunks, views, accessors = bytearray(), [], []
@@ -54,21 +55,22 @@ def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: 
     def vectors(values: np.ndarray) -> int:
         return add(np.ascontiguousarray(values, dtype="<f4"), "VEC3", FLOAT, VERTICES, True)
 
-    attributes = {"POSITION": vectors(base)}
+    attributes = {"POSITION": vectors(base), "NORMAL": vectors(normals[0])}
     if texcoords is not None:
         attributes["TEXCOORD_0"] = add(np.ascontiguousarray(texcoords, dtype="<f4"), "VEC2", FLOAT, VERTICES, False)
-    moved = {"targets": [{"POSITION": vectors(target)} for target in targets]} if len(targets) else {}
+    moved = {"targets": [{"POSITION": vectors(target), "NORMAL": vectors(added)} for target, added in zip(targets, normals[1])]} if len(targets) else {}
     primitives = [{"attributes": attributes, "material": number, "mode": 4, **moved, "indices": add(
         np.ascontiguousarray(surface.faces[material.triangles].ravel(), dtype="<u4"), "SCALAR", UINT, INDICES, False)}
         for number, material in enumerate(materials)]
-    mesh = {"name": surface.name or "surface", "primitives": primitives}
+    name = surface.name or "motion"
+    mesh = {"name": name, "primitives": primitives}
     placed: "dict[str, Any]" = {}
     if origin is not None and np.any(origin):
         x, y, z = (float(part) * surface.metres for part in origin)
         placed["translation"] = [x, y, z] if up == "y" else [x, z, -y]
     document = {
-        "asset": {"version": "2.0", "generator": "limber"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": surface.name or "motion", "mesh": 0, "rotation": [float(part) for part in TURNS[up]],
+        "asset": {"version": "2.0", "generator": "limber"}, "scene": 0, "scenes": [{"nodes": [0], **({"name": session} if session else {})}],
+        "nodes": [{"name": name, "mesh": 0, "rotation": [float(part) for part in TURNS[up]],
                    "scale": [surface.metres] * 3, **placed}],
         "materials": [_material(material) for material in materials],
         "meshes": [mesh]}
@@ -78,7 +80,7 @@ def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: 
         times = (np.arange(len(weights)) / surface.frames_per_second).astype("<f4")
         sampler = {"input": add(times, "SCALAR", FLOAT, None, True), "interpolation": "LINEAR",
                    "output": add(np.ascontiguousarray(weights.ravel(), dtype="<f4"), "SCALAR", FLOAT, None, False)}
-        document["animations"] = [{"name": "motion", "samplers": [sampler],
+        document["animations"] = [{"name": name, "samplers": [sampler],
                                    "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}]}]
     document |= {"accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(chunks)}]}
     text = json.dumps(document, separators=(",", ":")).encode()

@@ -45,6 +45,10 @@ class Kind:
         """Optimises these in place of what the scene says; see Server.open(optimise=)."""
         raise invalid("optimise", "linkages and beams have no material to optimise")
 
+    def paint(self, scene: "messages.Scene", stiffness: Any) -> None:
+        """Paints the body of a scene; see Server.open(stiffness=)."""
+        raise invalid("stiffness", "linkages and beams have no tets to paint")
+
     # ---- files that are opened without a scene ----
 
     def opens(self, path: Path) -> bool:

@@ -31,12 +31,35 @@ def targets_of(positions: np.ndarray, tolerance: float, most: int,
         chosen = np.unique(np.concatenate([chosen, np.argsort(-worst)[:GRAM // 4]]))
 
 
+def sliders(positions: np.ndarray, tolerance: float, most: int) -> "tuple[np.ndarray, np.ndarray, np.ndarray, float]":
+    """As targets_of(), of weights in [0, 1] and fewer targets than frames."""
+    base, targets, weights, error = targets_of(positions, tolerance, most)
+    targets, weights = one_sided(targets, weights)
+    exact = of_frames(positions)
+    if len(targets) < len(exact[1]):
+        return base, targets, weights, error
+    base, targets, weights = exact
+    left = np.abs(base + np.einsum("fk,kvx->fvx", weights.astype(float), targets) - positions)
+    return base, targets, weights, float(np.linalg.norm(left, axis=2).max(initial=0))
+
+
 def one_sided(targets: np.ndarray, weights: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
     """The same with weights in [0, 1] alone, to which programs such as Blender cut them: a target whose weight has both signs
     becomes two, opposite to each other."""
     up, down = weights.max(axis=0, initial=0) > 0, weights.min(axis=0, initial=0) < 0
     return (np.concatenate([targets[up], -targets[down]]),
             np.concatenate([np.maximum(weights[:, up], 0), np.maximum(-weights[:, down], 0)], axis=1))
+
+
+def of_frames(positions: np.ndarray) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """Base, targets and weights of which each frame but the first has one target, frames of one shape the same: exact, and fewer
+    targets than frames."""
+    shapes = positions.astype(np.float32)
+    numbers: "dict[bytes, int]" = {}
+    of_frame = [numbers.setdefault(shape.tobytes(), frame) for frame, shape in enumerate(shapes)]
+    chosen = sorted(set(of_frame) - {0})
+    weights = (np.array(of_frame)[:, None] == np.array(chosen, dtype=int)[None]).astype(np.float32)
+    return shapes[0], (positions[chosen] - shapes[0].astype(np.float64)).astype(np.float32), weights
 
 
 def _principal(moved: np.ndarray) -> np.ndarray:

@@ -316,7 +316,8 @@ class OpenSession:
         By the ending of path:
 
         - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
-          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is); in metres, with `up` of
+          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is), never more than frames; with normals
+          of the moved surface, of which edges beyond 45 degrees stay sharp, and the names of scene and session; in metres, with `up` of
           the scene ("y" or "z"; by default `UP`, y of bodies and z of linkages and beams, as on the page) turned to glTF's y
         - ".mdd", ".pc2": caches of all vertices, with an .obj beside: STEM_surface.obj, or STEM_detail.obj of an artist's surface. Files
           there that save() did not write are never replaced: it refuses (FAILED_PRECONDITION)

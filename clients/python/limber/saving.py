@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from . import checks, gltf, morphs, obj_files, precision, vtu
+from . import checks, gltf, morphs, normals, obj_files, precision, vtu
 from .errors import LimberError, invalid, of_file
 from .moving import MovingPoints, MovingSurface
 from .obj_files import ObjSurface
@@ -31,7 +31,7 @@ class Saved:
 
     files: tuple[Path, ...]
     frames: int
-    vertices: int           # or points
+    vertices: int           # or points; of .glb, of the surface: the file repeats those at sharp edges and seams
     targets: int = 0        # of .glb
     error: float = 0.0      # the largest distance of a vertex from the motion, in any frame [length unit]
 
@@ -62,7 +62,7 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
         moving = session.moving_surface(None if drawn is None else (drawn.vertices, drawn.corners))
         moving = moving if rate is None else replace(moving, frames_per_second=rate)
         if ending == ".glb":
-            return _glb(target, moving, drawn, tolerance, up)
+            return _glb(target, moving, drawn, tolerance, up, session.id)
         return _series(target, moving) if ending == ".pvd" else _cache(target, moving, drawn)
     except LimberError:
         raise
@@ -77,20 +77,22 @@ def _drawn(session: "OpenSession", surface: "str | os.PathLike[str] | None") -> 
     return None if surface == NODES else obj_files.load(checks.path(surface, "surface"), "surface")
 
 
-def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", tolerance: float, up: str) -> Saved:
+def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", tolerance: float, up: str, session: str) -> Saved:
+    origin = precision.origin_for(surface.positions)
+    positions = precision.relative(surface.positions, origin)
+    base, targets, weights, error = morphs.sliders(positions, tolerance * surface.size, MOST_TARGETS)
+    # A vertex of glTF has one normal and one texture coordinate: those at sharp edges and seams are there more than once.
+    faces, source = normals.split_creases(surface.faces, base)
+    rest, added = normals.fitted(faces, base[source], (shape[source] for shape in positions), weights)
     texcoords = None
     if drawn is not None and len(drawn.texcoords) and drawn.textures.min() >= 0 \
             and drawn.textures.max() < len(drawn.texcoords):
-        # A vertex of glTF has one texture coordinate: those at seams are there more than once.
-        pairs, corners = np.unique(np.stack([drawn.corners.ravel(), drawn.textures.ravel()]), axis=1, return_inverse=True)
+        pairs, corners = np.unique(np.stack([faces.ravel(), drawn.textures.ravel()]), axis=1, return_inverse=True)
         texcoords = drawn.texcoords[pairs[1]] * (1, -1) + (0, 1)
-        surface = replace(surface, faces=corners.reshape(-1, 3), positions=surface.positions[:, pairs[0]])
-    origin = precision.origin_for(surface.positions)
-    surface = replace(surface, positions=precision.relative(surface.positions, origin))
-    base, targets, weights, error = morphs.targets_of(surface.positions, tolerance * surface.size, MOST_TARGETS)
-    targets, weights = morphs.one_sided(targets, weights)
-    target.write_bytes(gltf.glb(surface, base, targets, weights, up, texcoords, _materials(drawn), origin))
-    return Saved((target,), len(surface.positions), len(base), len(targets), error)
+        faces, source, rest, added = corners.reshape(-1, 3), source[pairs[0]], rest[pairs[0]], added[:, pairs[0]]
+    target.write_bytes(gltf.glb(replace(surface, faces=faces), base[source], targets[:, source], weights, up, (rest, added),
+                                texcoords, _materials(drawn), origin, session))
+    return Saved((target,), len(positions), len(base), len(targets), error)
 
 
 def _materials(drawn: "ObjSurface | None") -> "list[gltf.Material]":

@@ -66,16 +66,17 @@ class ServerCore:
 
     def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
              optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0,
-             tets: int | None = None, within: float | None = None) -> Any:
+             tets: int | None = None, within: float | None = None, stiffness: Any = None) -> Any:
         """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, a
         LinkageSession of a rod linkage, or a BeamSession of a structure of beams (also: a job of the public relaxation
         code, its folder or SimulationJob.json; see limber.beam_scene for structures). A mesh of tets (.msh, .vtk, ...),
-        a closed surface (.obj, .ply, .stl) or lines of a linkage (.obj) open with defaults; session.issues says which.
+        a closed surface (.obj, .ply, .stl, .off, .glb) or lines of a linkage (.obj) open with defaults; session.issues says which.
 
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
         progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
-        closes the session. tets, within: of a surface, as tetrahedralize() takes them. Warns of a model that misses its tolerance
+        closes the session. tets, within: of a surface, as tetrahedralize() takes them. stiffness: of a body, as
+        limber.painted_stiffness() takes or returns it. Warns of a model that misses its tolerance
         (limber.AccuracyWarning) and of a material that the mesh file overrides (limber.MaterialWarning).
         """
         if (scene is None) == (sample is None):
@@ -87,17 +88,20 @@ class ServerCore:
         filling = {name: value for name, value in (("tets", tets), ("within", within)) if value is not None}
         for name in filling:
             if opener is None or not opener.fills(file):
-                raise invalid(name, f"{name}= is for a closed surface (.obj, .ply, .stl) that is to be filled")
+                raise invalid(name, f"{name}= is for a closed surface (.obj, .ply, .stl, .off, .glb) that is to be filled")
         if sample is not None:
             message = self.sample(sample)
         elif opener is not None:
             message = opener.scene_of_file(self, file, progress, timeout, **filling)
         else:
             message = scenes.to_message(scene)
-        if optimise is not None:
+        if optimise is not None or stiffness is not None:
             asked, message = message, scene_messages.Scene()
             message.CopyFrom(asked)
+        if optimise is not None:
             kind.of(message).set_variables(message, optimise)
+        if stiffness is not None:
+            kind.of(message).paint(message, stiffness)
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
         warn_of_material(response.issues)

@@ -1,9 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
-import { SceneSchema } from "../gen/limber/v1/scene_pb";
+import { PaintedQuantity, SceneSchema } from "../gen/limber/v1/scene_pb";
 import { lowestVertices } from "../src/page/file_dialogs";
 import { carry, hasOnlyLines, meshFile, sceneOfJson } from "../src/page/files";
+import { painted } from "../src/page/stiffness";
 
 const file = (name: string, text: string): { name: string; content: Uint8Array } => ({
   name,
@@ -24,6 +25,19 @@ test("a scene names files that are dropped with it", () => {
     "arm.ele",
     ["arm.node"],
   ]);
+});
+
+test("a scene names the file that paints it", () => {
+  const scene = file("arm.json", '{"mesh": {"path": "arm.msh"}, "painted_stiffness": {"path": "stiff/arm.txt"}}');
+  const made = sceneOfJson(scene, [scene, file("arm.msh", "x"), file("arm.txt", "1 2 3")]);
+  const source = made.paintedStiffness?.source;
+  assert.ok(source?.case === "file" && source.value.name === "arm.txt" && source.value.content.length === 5);
+});
+
+test("a chosen file paints a body", () => {
+  const made = painted("a.txt", new Uint8Array([49]), PaintedQuantity.YOUNGS_MODULUS);
+  assert.equal(made.quantity, PaintedQuantity.YOUNGS_MODULUS);
+  assert.ok(made.source.case === "file" && made.source.value.name === "a.txt");
 });
 
 test("a file that is missing is named", () => {

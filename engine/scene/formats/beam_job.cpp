@@ -10,29 +10,20 @@
 #include "engine/base/index.h"
 #include "engine/base/nearest_name.h"
 #include "engine/scene/formats/edge_formats.h"
+#include "engine/scene/formats/json_reader.h"
 #include "engine/scene/formats/mesh_formats.h"
 
 namespace limber::scene {
 namespace {
 
-using Json = nlohmann::json;
+using formats::Json;
 
 [[noreturn]] void refuse_job(const std::string& field, const std::string& why) {
   throw Error(ErrorCode::kInvalidArgument, field, field + " " + why);
 }
 
 Json parse(std::string_view text, const char* name) {
-  // Values of jobs have four levels at most.
-  constexpr int kMaxLevels = 100;
-  const auto check_depth = [&](int depth, Json::parse_event_t, const Json&) {
-    if (depth > kMaxLevels)
-      refuse_job(name, "is nested deeper than " + std::to_string(kMaxLevels) + " levels");
-    return true;
-  };
-  Json document = Json::parse(text, check_depth, false);
-  if (document.is_discarded()) refuse_job(name, "is not JSON");
-  if (!document.is_object()) refuse_job(name, "is not a JSON object");
-  return document;
+  return formats::parse_object(text, [&](const std::string& why) { refuse_job(name, why); });
 }
 
 constexpr int kMostVertices = 2000000000;

@@ -1,8 +1,6 @@
 // STL: triangles that repeat their corners. Binary files have an 80-byte header, a count and 50
 // bytes per triangle; some of them begin with "solid" too, so the size decides.
-#include <array>
 #include <cmath>
-#include <map>
 
 #include "engine/scene/formats/byte_reader.h"
 #include "engine/scene/formats/surface_readers.h"
@@ -12,22 +10,6 @@ namespace {
 
 constexpr std::size_t kStlHeaderBytes = 84;
 constexpr std::size_t kTriangle = 50;
-
-/// Gives equal corners one vertex; -0 and 0 are equal.
-class CornerMerger {
- public:
-  explicit CornerMerger(SurfaceBuilder& builder) : builder_(builder) {}
-  std::int64_t index(double x, double y, double z) {
-    const auto [entry, is_new] =
-        known_.try_emplace({x + 0.0, y + 0.0, z + 0.0}, builder_.vertex_count());
-    if (is_new) builder_.add_vertex(x, y, z);
-    return entry->second;
-  }
-
- private:
-  SurfaceBuilder& builder_;
-  std::map<std::array<double, 3>, std::int64_t> known_;
-};
 
 TriangleSurface read_binary(const TextCursor& file, std::string_view content) {
   SurfaceBuilder builder;

@@ -73,8 +73,10 @@ TriangleSurface read_surface(const std::string& name, std::string_view content) 
   if (ending == ".ply" || content.substr(0, 4) == "ply\n" || content.substr(0, 5) == "ply\r\n")
     return formats::read_ply(file);
   if (ending == ".stl") return formats::read_stl(file, content);
+  if (ending == ".off") return formats::read_off(file);
+  if (ending == ".glb") return formats::read_glb(file, content);
   throw Error(ErrorCode::kUnsupported, name,
-              name + ": the format is not recognised; read are .obj, .ply and .stl");
+              name + ": the format is not recognised; read are " + kSurfaceEndings);
 }
 
 TriangleSurface read_surface_file(const std::filesystem::path& path) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <string>
 
 #include "limber/v1/scene.pb.h"
@@ -9,9 +8,6 @@
 #include "server/wire/paths.h"
 
 namespace limber::server {
-
-/// The bytes of a file that a message names. @throws Refusal or Error naming `field`
-using FileReader = std::function<std::string(const std::string& path, const std::string& field)>;
 
 /// Positions of a base motion that comes as files, 3 nodes x frames: .pc2, .pvd with its .vtu, or
 /// .vtu in order; as bytes or as paths.

@@ -18,6 +18,7 @@ std::string body_field_in(const proto::Scene& message, const scene::Scene& scene
     return field_in(message, field);
   const std::size_t close = field.find(']');
   if (!field.starts_with(kMaterials) || close == std::string::npos) return field;
+  if (message.has_painted_stiffness()) return "painted_stiffness";  // they are made of it
   const auto index = parse_number<int>(
       std::string_view(field).substr(kMaterials.size(), close - kMaterials.size()));
   if (!index) return field;

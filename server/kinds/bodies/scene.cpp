@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <set>
 #include <unordered_map>
@@ -14,6 +15,7 @@
 #include "server/kinds/bodies/base_motions.h"
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/simulation.h"
+#include "server/kinds/bodies/stiffness.h"
 #include "server/wire/arrays.h"
 #include "server/wire/enum_table.h"
 #include "server/wire/fields.h"
@@ -22,15 +24,18 @@
 namespace limber::server {
 namespace {
 
-/// Fields of scenes of other kinds have numbers from here on, all others are of bodies.
+/// Fields of scenes of other kinds have numbers from here on, but for those that were added later.
 constexpr int kFirstOfOtherKinds = 20;
+constexpr std::array kLaterOfBodies = {proto::Scene::kPaintedStiffnessFieldNumber};
 
 /// The first field that a scene of a body has not; null where there is none.
 const google::protobuf::FieldDescriptor* foreign_field(const proto::Scene& message) {
   std::vector<const google::protobuf::FieldDescriptor*> fields;
   message.GetReflection()->ListFields(message, &fields);
   const auto found = std::find_if(fields.begin(), fields.end(), [](const auto* field) {
-    return field->number() >= kFirstOfOtherKinds;
+    return field->number() >= kFirstOfOtherKinds &&
+           std::find(kLaterOfBodies.begin(), kLaterOfBodies.end(), field->number()) ==
+               kLaterOfBodies.end();
   });
   return found == fields.end() ? nullptr : *found;
 }
@@ -481,6 +486,12 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
     faults.try_to([&] {
       scene.surface = std::make_shared<const scene::DetailedSurface>(
           readers.surface(message.surface(), prefix + "surface"));
+    });
+  }
+  if (message.has_painted_stiffness()) {
+    faults.try_to([&] {
+      paint_stiffness(message.painted_stiffness(), prefix + "painted_stiffness", readers.stiffness,
+                      scene);
     });
   }
   if (message.has_start())

@@ -41,11 +41,15 @@ using MotionReader = std::function<Eigen::MatrixXd(const proto::BaseMotion& moti
 using SurfaceReader = std::function<scene::DetailedSurface(const proto::SurfaceSource& source,
                                                            const std::string& field)>;
 
+/// The bytes of a file that a message names. @throws Refusal or Error naming `field`
+using FileReader = std::function<std::string(const std::string& path, const std::string& field)>;
+
 /// How what a scene names is read.
 struct SceneReaders {
   MeshLoader mesh;
   MotionReader motion;
   SurfaceReader surface;
+  FileReader stiffness = {};
 };
 
 struct DecodedScene {

@@ -69,12 +69,16 @@ SurfaceReader surface_reader(PathResolver resolve) {
           case proto::SurfaceSource::SOURCE_NOT_SET:
             break;
         }
-        throw invalid(field, "a surface needs a file or a path: .obj, .ply or .stl");
+        throw invalid(field,
+                      fmt::format("a surface needs a file or a path: {}", scene::kSurfaceEndings));
       };
 }
 
 SceneReaders scene_readers(const PathResolver& resolve, scene::MeshReadLimits limits) {
-  return {mesh_loader(resolve, limits), base_motion_reader(resolve), surface_reader(resolve)};
+  return {mesh_loader(resolve, limits), base_motion_reader(resolve), surface_reader(resolve),
+          [resolve](const std::string& path, const std::string& field) {
+            return read_file_at(resolve(path, field), field);
+          }};
 }
 
 }  // namespace limber::server

@@ -11,6 +11,7 @@
 #include "engine/scene/formats/point_cache.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/scene/formats/vtu_series.h"
+#include "tests/engine/scene/glb_files.h"
 #include "tests/engine/scene/shared_data.h"
 
 namespace limber::scene {
@@ -190,6 +191,17 @@ TEST(DamagedFiles, Stl) {
           "0\nendloop\nendfacet\n"
           "facet normal 0 -1 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 "
           "1\nendloop\nendfacet\nendsolid a\n");
+}
+
+TEST(DamagedFiles, Off) {
+  torment([](const std::string& content) { static_cast<void>(read_surface("a.off", content)); },
+          "COFF # colours\n4 4 6\n0 0 0 255 0 0 255\n1 0 0 255 0 0 255\n0 1 0 255 0 0 255\n"
+          "0 0 1 255 0 0 255\n3 0 2 1\n3 0 1 3 0.5 0.5 0.5\n3 1 2 3\n3 2 0 3\n");
+}
+
+TEST(DamagedFiles, Glb) {
+  torment([](const std::string& content) { static_cast<void>(read_surface("a.glb", content)); },
+          testing::tetrahedron_glb());
 }
 
 TEST(DamagedFiles, Ply) {

@@ -158,6 +158,52 @@ TEST(SurfaceFormats, FaultsAreNamedWithTheirLine) {
   EXPECT_THAT(reading("a.foo", "x"), HasSubstr("not recognised"));
 }
 
+std::string cube_off(const std::string& head, const std::string& of_vertex) {
+  std::string text = head;
+  for (const char* at : {"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"})
+    text += at + of_vertex + "\n";
+  return text +
+         "4 3 2 1 0\n4 4 5 6 7  255 0 0  # red\n4 0 1 5 4\n\n4 1 2 6 5 0.5 0.5 0.5 1\n"
+         "4 2 3 7 6\n4 3 0 4 7\n";
+}
+
+TEST(SurfaceFormats, OffIsReadWithColoursNormalsCommentsAndCounts) {
+  for (const std::string& text :
+       {cube_off("OFF\n8 6 12\n", ""), cube_off("OFF 8 6 12\n", ""), cube_off("8 6 0\n", ""),
+        cube_off("# made by hand\nOFF # here\n# counts\n8 6\n\n", " # a vertex"),
+        cube_off("COFF\n8 6 12\n", " 255 128 0 255"), cube_off("NOFF\n8 6 12\n", " 0 0 1"),
+        cube_off("CNOFF\r\n8 6 12\r\n", " 0 0 1 0.1 0.2 0.3 1"),
+        cube_off("STCNOFF\n8 6 12\n", " 0 0 1 0.1 0.2 0.3 1 0 0")}) {
+    const TriangleSurface cube = read_surface("a.OFF", text);
+    EXPECT_EQ(cube.vertex_count(), 8);
+    EXPECT_EQ(cube.triangle_count(), 12);
+    EXPECT_THAT(cube.warnings, ::testing::ElementsAre("6 polygons are cut into triangles"));
+    const SurfaceCheck check = check_surface(cube);
+    EXPECT_TRUE(check.closed_manifold());
+    EXPECT_TRUE(check.oriented());
+    EXPECT_NEAR(check.volume, 1, 1e-15);
+  }
+}
+
+TEST(SurfaceFormats, FaultsOfOffAreNamedWithTheirLine) {
+  const auto reading = [](const std::string& text) {
+    return message_of([&] { static_cast<void>(read_surface("a.off", text)); });
+  };
+  EXPECT_THAT(reading(""), HasSubstr("a.off:1: the file is empty"));
+  EXPECT_THAT(reading("solid\n"), HasSubstr("a.off:1: expected the keyword OFF, found 'solid'"));
+  EXPECT_THAT(reading("4OFF\n1 1 1\n"), HasSubstr("no three coordinates"));
+  EXPECT_THAT(reading("OFF BINARY\n"), HasSubstr("binary .off files are not read"));
+  EXPECT_THAT(reading("OFF\n999999999 1 0\n0 0 0\n"), HasSubstr("more than the rest"));
+  EXPECT_THAT(reading("OFF\n1 1 0\n0 0\n3 0 0 0\n"), HasSubstr("a.off:3: expected coordinate z"));
+  EXPECT_THAT(reading("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n"),
+              HasSubstr("a.off:6: expected a vertex index"));
+  EXPECT_THAT(reading("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 4294967296\n"),
+              HasSubstr("a.off:6: a face uses vertex 4294967296 (from 0) of 3"));
+  const TriangleSurface slim =
+      read_surface("a.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n3 0 1 2\n");
+  EXPECT_THAT(slim.warnings, ::testing::ElementsAre(HasSubstr("1 faces of fewer than three")));
+}
+
 TEST(Surfaces, ThatEncloseNothingAreRefusedWithTheEdge) {
   const TriangleSurface good = dino_surface();
   const auto refusal = [](const TriangleSurface& surface) {

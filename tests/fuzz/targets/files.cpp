@@ -1,7 +1,7 @@
 // Files in the requests that carry them. The first byte chooses where the file is; then its NAME, a
 // line end, the bytes. Behind lines "%%%" follow companions in the same form, of motions the
 // further files. Up to the values that the request is answered from.
-//   m mesh, s surface, k pose of a keyframe, b base motion of .vtu files, p base motion of a .pc2
+//   m mesh, f painted stiffness, s surface, k pose of a keyframe, b base motion of .vtu files, p base motion of a .pc2
 //   l lines of a linkage, e lines of a structure, j a job that is solved
 //   t surface that is filled, d surface of a design, c surface that a design is changed to
 //   a pose of a keyframe that an edit adds
@@ -60,6 +60,7 @@ proto::Request body_request(char place, const Files& files) {
   proto::Request request;
   proto::Scene& scene = small_body(request);
   if (place == 'm') put(files, *scene.mutable_mesh()->mutable_file());
+  if (place == 'f') put(files, *scene.mutable_painted_stiffness()->mutable_file());
   if (place == 's') put(files, *scene.mutable_surface()->mutable_file());
   if (place == 'k') put(files, *scene.add_keyframes()->mutable_file());
   if (place == 'p') scene.mutable_base_motion()->set_pc2(files.front().second);

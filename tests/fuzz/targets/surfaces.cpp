@@ -7,6 +7,7 @@
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/formats/point_cache.h"
+#include "engine/scene/formats/stiffness_files.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/scene/formats/vtu_series.h"
 #include "tests/fuzz/input.h"
@@ -54,6 +55,9 @@ void read_file(char reader, const std::string& name, std::string_view content) {
       (void)scene::read_beam_job(job, content);
       break;
     }
+    case 'f':
+      (void)scene::read_stiffness(name, content, scene::StiffnessQuantity::kFactor, 4);
+      break;
     case 'o':
       (void)client::read_obj_lines(std::string(content));
       break;

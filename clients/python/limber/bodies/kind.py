@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import kind
 from ..errors import LimberError
-from ..files import has_only_lines
+from ..files import SURFACES, has_only_lines
 from ..messages import scene as messages
 from ..progress import ProgressOption
 from ..scenes import describe_material
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..server import Server
 
 TETS = {".msh", ".mesh", ".vtk", ".vtu", ".ele", ".node", ".veg", ".abq", ".inp"}
-TRIANGLES = {".ply", ".stl"}
 
 
 class Bodies(kind.Kind):
@@ -33,12 +32,15 @@ class Bodies(kind.Kind):
     def set_variables(self, scene: "messages.Scene", variables: str) -> None:
         scene.material_optimisation.variables = edits.optimise(variables).set_material.variables
 
+    def paint(self, scene: "messages.Scene", stiffness: Any) -> None:
+        scenes.paint(scene, stiffness)
+
     def opens(self, path: Path) -> bool:
         return path.suffix.lower() in TETS or self.fills(path)
 
     def fills(self, path: Path) -> bool:
         ending = path.suffix.lower()
-        return ending in TRIANGLES or ending == ".obj" and not has_only_lines(path, "scene")
+        return ending in SURFACES and not (ending == ".obj" and has_only_lines(path, "scene"))
 
     def scene_of_file(self, server: "Server", path: Path, progress: ProgressOption, timeout: float,
                       **filling: Any) -> "messages.Scene":

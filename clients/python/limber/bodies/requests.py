@@ -42,7 +42,7 @@ class BodyRequests(ServerCore):
 
     def tetrahedralize(self, surface: "str | os.PathLike[str]", tets: int = 5000, progress: ProgressOption = None,
                        timeout: float = 600.0, within: float = 0.02) -> "FilledSurface":
-        """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl), and as `.report` how
+        """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl, .off, .glb), and as `.report` how
         near they are to it.
 
         within: largest distance between the surface and that of the tets, in either direction, as a share of the body's length

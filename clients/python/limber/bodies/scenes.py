@@ -13,6 +13,7 @@ from ..errors import LimberError, invalid
 from ..files import mesh_file, surface_beside, surface_file
 from ..messages import scene as messages
 from . import edits, mesh_groups, motions
+from .stiffness import painted_stiffness, stiffness_file
 
 
 def upload_files(scene: "messages.Scene", folder: Path) -> None:
@@ -26,6 +27,14 @@ def upload_files(scene: "messages.Scene", folder: Path) -> None:
         scene.mesh.file.CopyFrom(mesh_file(folder / scene.mesh.path))
     if scene.surface.WhichOneof("source") == "path":
         scene.surface.file.CopyFrom(surface_file(folder / scene.surface.path))
+    if scene.painted_stiffness.WhichOneof("source") == "path":
+        scene.painted_stiffness.file.CopyFrom(stiffness_file(folder / scene.painted_stiffness.path, "painted_stiffness.path"))
+
+
+def paint(scene: "messages.Scene", stiffness: Any) -> None:
+    """stiffness: what painted_stiffness() takes or returns."""
+    made = stiffness if isinstance(stiffness, messages.PaintedStiffness) else painted_stiffness(stiffness)
+    scene.painted_stiffness.CopyFrom(made)
 
 
 def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
@@ -35,7 +44,7 @@ def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
     triples of Young's modulus [Pa], Poisson's ratio and density [kg/m^3]. Of a meshio.Mesh the cell data youngs_modulus,
     poissons_ratio and density are the materials of its tets; groups that get no material are a limber.MaterialWarning. With
     `materials`, a path is read by the Python package meshio. Otherwise a path is sent as it is and read by the server, with the surface that is
-    kept beside it, STEM.surface.obj, .ply or .stl.
+    kept beside it, STEM.surface.obj, .ply, .stl, .off or .glb.
     """
     if isinstance(mesh, (str, os.PathLike)) and options.get("materials"):
         mesh = mesh_groups.read(mesh)
@@ -68,8 +77,9 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     damping_ratio, discretisation ("sampled", "differences"), force_smoothing [s], constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
     candidate_modes, column_weight, max_frequency_hz and slow_steps (bounds of fitted frequencies), base_motion
     (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame), keyframes
-    (a list of limber.keyframe()), simulation (of limber.simulation()), surface (path of an .obj, .ply or .stl that the body
-    carries along with its own vertices).
+    (a list of limber.keyframe()), simulation (of limber.simulation()), surface (path of an .obj, .ply, .stl, .off or .glb that the body
+    carries along with its own vertices), stiffness (of single tets, by a factor at each vertex of the surface or node: what
+    limber.painted_stiffness() takes or returns).
     """
     nodes = checks.numeric(nodes, "mesh.arrays.nodes")
     tets = checks.numeric(tets, "mesh.arrays.tets")
@@ -90,7 +100,7 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, optimise: str = "motion",
-           simulation: "messages.Simulation | None" = None, surface: Any = None,
+           simulation: "messages.Simulation | None" = None, surface: Any = None, stiffness: Any = None,
            keyframes: "Iterable[messages.Keyframe]" = (), discretisation: str | None = None,
            **values: float) -> "messages.Scene":
     scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
@@ -114,6 +124,8 @@ def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = ()
     scene.keyframes.extend(checks.several(keyframes, "keyframes"))
     if surface is not None:
         scene.surface.file.CopyFrom(surface_file(surface))
+    if stiffness is not None:
+        paint(scene, stiffness)
     if simulation is not None:
         scene.simulation.CopyFrom(simulation)
     return scene

@@ -87,7 +87,7 @@ def surface_arrays(surface: Any, field: str) -> "tuple[np.ndarray, np.ndarray | 
 
 
 def surface_of(surface: Any, field: str) -> "messages.DesignSurface":
-    """A file (.obj, .ply, .stl), (vertices, triangles), points in rows m x n x 3, or points n x 3 in no order."""
+    """A file (.obj, .ply, .stl, .off, .glb), (vertices, triangles), points in rows m x n x 3, or points n x 3 in no order."""
     if isinstance(surface, (str, os.PathLike)):
         return messages.DesignSurface(file=mesh_file(surface, field=field))
     vertices, triangles = surface_arrays(surface, field)

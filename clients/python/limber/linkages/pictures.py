@@ -26,7 +26,7 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
             view: Sequence[float] = (-60.0, 25.0), unit: str = "", apart: Sequence[str] = ()) -> None:
     """Writes shapes into one .svg file, from left to right, all at the same scale.
 
-    shapes: by title, what session.shape() returns; None: the surface alone. surface: a file (.obj, .ply, .stl),
+    shapes: by title, what session.shape() returns; None: the surface alone. surface: a file (.obj, .ply, .stl, .off, .glb),
     (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3), drawn behind every shape. Except with
     points in no order joints are drawn too: green on the surface, the redder the farther from it, the farthest of all shapes red; under each shape stands the
     root mean square of their distances. view: azimuth and elevation of the eye [degree]; it is far away, so that

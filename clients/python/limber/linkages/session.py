@@ -188,7 +188,7 @@ class LinkageSession(OpenSession):
         """Begins a search for rest lengths with which the shape without angles lies flat, or that at a mean angle, and the one that pins and
         angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
 
-        surface: an .obj, .ply or .stl file, (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3; a
+        surface: an .obj, .ply, .stl, .off or .glb file, (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3; a
         height field is laid through them), put where scale, rotation
         (axis times angle [degree]) and translation say. targets: {joint: position} or {joint: (position, weight)}, or
         positions of all joints. shortest, longest: bounds of rest lengths, as shares of those of the start.

@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import checks, files
 from ..errors import invalid
+from . import glb_surfaces
 
 # Of numbers, by both names that .ply has for them, the letter that struct has.
 _NUMBERS = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f",
@@ -18,18 +19,18 @@ _NUMBERS = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", 
 
 
 def read(path: "str | os.PathLike[str]", field: str) -> "tuple[np.ndarray, np.ndarray]":
-    """Vertices n x 3 and triangles t x 3 of an .obj, .ply or .stl; polygons are fanned."""
+    """Vertices n x 3 and triangles t x 3 of an .obj, .ply, .stl, .off or .glb; polygons are fanned."""
     path = checks.path(path, field)
-    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl}
+    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl, ".off": _off, ".glb": _glb}
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise invalid(field, f"{path.name} is no surface that can be read: .obj, .ply or .stl")
+        raise invalid(field, f"{path.name} is no surface that can be read: {', '.join(files.SURFACES)}")
     content = files.read(path, field).removeprefix(b"\xef\xbb\xbf")  # a byte order mark
     try:
         vertices, polygons = reader(content)
         triangles = [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)]
         return np.array(vertices, dtype=float).reshape(-1, 3), np.array(triangles, dtype=np.int64).reshape(-1, 3)
-    except (ValueError, IndexError, KeyError, OverflowError, struct.error) as error:
+    except (ValueError, IndexError, KeyError, TypeError, OverflowError, struct.error) as error:
         raise invalid(field, f"{path.name} cannot be read as {path.suffix.lower()}: {error}") from error
 
 
@@ -57,6 +58,24 @@ def _stl(content: bytes) -> "tuple[Any, Any]":
         words = [line.split() for line in content.decode("utf-8", "replace").splitlines()]
         corners = np.array([line[1:4] for line in words if line[:1] == ["vertex"]], dtype=float).reshape(-1, 3)
     return corners, np.arange(len(corners)).reshape(-1, 3)
+
+
+def _glb(content: bytes) -> "tuple[Any, Any]":
+    corners = glb_surfaces.corners(content)
+    return corners, np.arange(len(corners)).reshape(-1, 3)
+
+
+def _off(content: bytes) -> "tuple[Any, list[Any]]":
+    lines = [line.split("#")[0].split() for line in content.decode("utf-8", "replace").splitlines()]
+    lines = [words for words in lines if words]
+    if lines[0][0].endswith("OFF"):
+        lines[0] = lines[0][1:]
+        lines = lines if lines[0] else lines[1:]
+    vertices, faces = int(lines[0][0]), int(lines[0][1])
+    if vertices < 0 or not 0 <= faces <= len(lines) - 1 - vertices:
+        raise ValueError("it ends too early")
+    polygons = [[int(word) for word in words[1:1 + int(words[0])]] for words in lines[1 + vertices:1 + vertices + faces]]
+    return [[float(word) for word in words[:3]] for words in lines[1:1 + vertices]], polygons
 
 
 def _ply(content: bytes) -> "tuple[Any, list[Any]]":

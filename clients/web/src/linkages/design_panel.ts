@@ -4,6 +4,7 @@ import { button, choice, el, field, number } from "../controls/dom";
 import { doubles } from "../wire/arrays";
 import type { DesignStart, Desk } from "../workspace";
 import { nearest } from "./placing";
+import { SURFACES } from "./surface_files";
 import { SurfaceView } from "./surface_view";
 
 const STATES: Record<number, string> = {
@@ -34,7 +35,7 @@ export function designPanel(desk: Desk): {
   setJoints(joints: readonly Vector3[]): void;
 } {
   const { session } = desk;
-  const file = el("input", { type: "file", accept: ".obj,.ply,.stl", "aria-label": "Surface" });
+  const file = el("input", { type: "file", accept: SURFACES.join(","), "aria-label": "Surface" });
   const words = el("div", { class: "words" });
   const surfaceName = el("span", {});
   let lengths = String(DesignLengths.SEGMENTS);
@@ -74,18 +75,21 @@ export function designPanel(desk: Desk): {
       : null;
     view.place(session.design?.placement ?? fitted ?? undefined);
   };
-  if (given) view.set(given.name, given.content);
+  if (given) void view.set(given.name, given.content);
   file.onchange = async () => {
     const chosen = file.files?.[0];
     if (!chosen) return;
     given = { name: chosen.name, content: new Uint8Array(await chosen.arrayBuffer()) };
-    view.set(given.name, given.content);
+    void view.set(given.name, given.content);
     view.place(undefined);
     update();
   };
   const start = async (): Promise<void> => {
     if (!given) {
-      desk.notify("warning", "Choose a surface that the linkage is to open to: an .obj, .ply or .stl file.");
+      desk.notify(
+        "warning",
+        `Choose a surface that the linkage is to open to: a file of triangles (${SURFACES.join(", ")}).`,
+      );
       return;
     }
     const surface = { source: { case: "file" as const, value: { name: given.name, content: given.content } } };

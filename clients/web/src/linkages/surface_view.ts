@@ -1,26 +1,13 @@
-import { type BufferGeometry, DoubleSide, Mesh, MeshLambertMaterial, type Object3D, Vector3 } from "three";
-import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
-import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
-import { STLLoader } from "three/addons/loaders/STLLoader.js";
+import { DoubleSide, Mesh, MeshLambertMaterial, Vector3 } from "three";
 import type { SurfacePlacement } from "../../gen/limber/v1/design_pb";
 import type { Stage } from "../view/stage";
-
-/** Geometries of a surface file. */
-function read(name: string, content: Uint8Array): BufferGeometry[] {
-  const kind = name.slice(name.lastIndexOf(".")).toLowerCase();
-  const data = content.slice().buffer as ArrayBuffer;
-  if (kind === ".ply") return [new PLYLoader().parse(data)];
-  if (kind === ".stl") return [new STLLoader().parse(data)];
-  const found: BufferGeometry[] = [];
-  new OBJLoader().parse(new TextDecoder().decode(content)).traverse((child: Object3D) => {
-    if (child instanceof Mesh) found.push(child.geometry as BufferGeometry);
-  });
-  return found;
-}
+import { readSurface } from "./surface_files";
 
 /** The surface that a linkage is designed for, where the design has put it. */
 export class SurfaceView {
   private meshes: Mesh[] = [];
+  private placement: SurfacePlacement | undefined;
+  private newest = 0;
   private readonly material = new MeshLambertMaterial({
     color: 0x5b8fa8,
     transparent: true,
@@ -31,22 +18,28 @@ export class SurfaceView {
 
   constructor(private readonly stage: Stage) {}
 
-  set(name: string, content: Uint8Array): void {
+  /** Draws a file once it is read; a faulty one is not drawn, and refused by the server when it is designed for. */
+  async set(name: string, content: Uint8Array): Promise<void> {
+    const number = ++this.newest;
+    const geometries = await readSurface(name, content).catch(() => []);
+    if (number !== this.newest) return;
     for (const mesh of this.meshes) {
       mesh.geometry.dispose();
       this.stage.content.remove(mesh);
     }
-    this.meshes = read(name, content).map((geometry) => {
+    this.meshes = geometries.map((geometry) => {
       geometry.computeVertexNormals();
       const mesh = new Mesh(geometry, this.material);
       this.stage.content.add(mesh);
       return mesh;
     });
+    this.place(this.placement);
     this.stage.invalidate();
   }
 
   /** Turned, then scaled, then moved. */
   place(placement: SurfacePlacement | undefined): void {
+    this.placement = placement;
     const turn = placement?.rotationDegrees;
     const axis = new Vector3(turn?.x ?? 0, turn?.y ?? 0, turn?.z ?? 0);
     const angle = (axis.length() * Math.PI) / 180;

@@ -3,6 +3,7 @@ import { type MeshSourceSchema, type Scene, SceneSchema } from "../../gen/limber
 import { ask } from "../controls/dialogs";
 import { choice, el, field } from "../controls/dom";
 import type { Dropped } from "./files";
+import { stiffnessFile } from "./stiffness";
 
 const DEFAULT_FRAMES = 120;
 
@@ -30,17 +31,26 @@ export async function askAboutBody(
 ): Promise<Scene | null> {
   const frames = el("input", { type: "number", min: "5", step: "1", value: String(DEFAULT_FRAMES) });
   const unit = entry(1);
+  const stiffness = stiffnessFile();
   const isWanted = await ask(
     `${name}: an elastic body`,
     [
       field("Frames of its motion", frames),
       field("1 in the file is", unit, "m"),
+      field("Stiffness by vertex (a file; optional)", stiffness.file),
+      field("Its numbers are", stiffness.quantity),
       el("p", { class: "quiet" }, "It is free at first. Paint nodes with Shift and drag, then fix them in the panel."),
     ],
     "Open",
   );
   if (!isWanted) return null;
-  return create(SceneSchema, { name, mesh, frames: frames.valueAsNumber, lengthUnitInMetres: unit.valueAsNumber });
+  return create(SceneSchema, {
+    name,
+    mesh,
+    frames: frames.valueAsNumber,
+    lengthUnitInMetres: unit.valueAsNumber,
+    paintedStiffness: await stiffness.read(),
+  });
 }
 
 /** Vertices near the ground, of the lines of an .obj or .ply in text: what a structure of beams is held at. */

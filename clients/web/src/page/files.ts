@@ -7,6 +7,7 @@ import {
   SurfaceSourceSchema,
 } from "../../gen/limber/v1/scene_pb";
 import { startingGrid } from "../linkages/starting_grid";
+import { SURFACES } from "../linkages/surface_files";
 import type { Connection } from "../wire/connection";
 import { LimberError } from "../wire/errors";
 import type { DesignStart } from "../workspace";
@@ -14,7 +15,6 @@ import { askAboutBody, askAboutLines, askAboutSurface } from "./file_dialogs";
 import { tetrahedralize } from "./tetrahedralize";
 
 export const MESHES = [".msh", ".mesh", ".ele", ".node", ".vtk", ".vtu", ".inp", ".abq", ".veg"];
-export const SURFACES = [".obj", ".ply", ".stl"];
 const JOB = "SimulationJob.json";
 
 /** A file as it was dropped. */
@@ -60,6 +60,11 @@ export function surfaceFile(file: Dropped, all: readonly Dropped[]): MeshFile {
   );
 }
 
+/** Of a file that nothing goes along with. */
+function alone(file: Dropped): MeshFile {
+  return withCompanions(file, []);
+}
+
 function withCompanions(file: Dropped, others: readonly Dropped[]): MeshFile {
   return create(MeshFileSchema, {
     name: file.name,
@@ -103,6 +108,9 @@ function fillPaths(scene: Scene, all: readonly Dropped[]): Scene {
   const surface = scene.surface?.source;
   if (scene.surface && surface?.case === "path")
     scene.surface.source = { case: "file", value: named(surface.value, all, "surface.path", surfaceFile) };
+  const painted = scene.paintedStiffness?.source;
+  if (scene.paintedStiffness && painted?.case === "path")
+    scene.paintedStiffness.source = { case: "file", value: named(painted.value, all, "painted_stiffness.path", alone) };
   const motion = scene.baseMotion?.source;
   if (scene.baseMotion && motion?.case === "path") {
     if (ending(motion.value) !== ".pc2")

@@ -294,6 +294,57 @@ TEST(SceneCodec, MaterialGroupsComeBack) {
   }
 }
 
+TEST(SceneCodec, PaintedNodesMakeMaterialsThatComeBack) {
+  proto::Scene message = small_scene();
+  EXPECT_TRUE(is_body(message));
+  auto& painted = *message.mutable_painted_stiffness();
+  for (int node = 0; node < 28; ++node) painted.add_values(node < 16 ? 1 : 16);
+  EXPECT_TRUE(is_body(message));
+  const auto mesh = decode_without_files(message).scene.mesh;
+  ASSERT_EQ(mesh.tet_material.size(), 36u);
+  for (int tet = 0; tet < 36; ++tet) {
+    const auto stiff = (mesh.tets.col(tet).array() >= 16).count();
+    // The geometric mean of 1 and 16 in 1e6 Pa.
+    EXPECT_NEAR(mesh.material_of(tet).youngs_modulus / (1e6 * std::pow(2.0, stiff)), 1, 1e-12);
+  }
+  proto::Scene encoded = encode_scene(decode_without_files(message).scene);
+  EXPECT_FALSE(encoded.has_painted_stiffness());
+  *encoded.mutable_mesh() = message.mesh();
+  const auto again = decode_without_files(encoded).scene.mesh;
+  for (int tet = 0; tet < 36; ++tet) EXPECT_EQ(again.material_of(tet), mesh.material_of(tet));
+
+  painted.set_quantity(proto::PAINTED_QUANTITY_YOUNGS_MODULUS);
+  for (double& value : *painted.mutable_values()) value *= 1e5;
+  EXPECT_NEAR(decode_without_files(message).scene.mesh.material_of(0).youngs_modulus, 1e5, 1e-7);
+}
+
+TEST(SceneCodec, FaultsOfPaintedStiffnessAreNamed) {
+  proto::Scene message = small_scene();
+  auto& painted = *message.mutable_painted_stiffness();
+  const auto field = [&] {
+    try {
+      (void)decode_without_files(message);
+    } catch (const Error& error) {
+      return error.field();
+    } catch (const Refusal& refusal) {
+      return refusal.field();
+    }
+    return std::string("nothing");
+  };
+  painted.add_values(2);
+  EXPECT_EQ(field(), "scene.painted_stiffness.values");
+  for (int node = 1; node < 28; ++node) painted.add_values(node == 5 ? -1 : 2);
+  EXPECT_EQ(field(), "scene.painted_stiffness.values[5]");
+  painted.set_points(proto::PAINTED_POINTS_SURFACE);
+  EXPECT_EQ(field(), "scene.painted_stiffness.points");
+  painted.set_points(proto::PAINTED_POINTS_NODES);
+  painted.mutable_file()->set_name("a.txt");
+  EXPECT_EQ(field(), "scene.painted_stiffness.values");
+  painted.clear_values();
+  painted.mutable_file()->set_content("1 2 3");
+  EXPECT_EQ(field(), "scene.painted_stiffness.file");
+}
+
 TEST(SceneCodec, BaseMotionComesBack) {
   proto::Scene message = small_scene(2, 3);
   auto decoded = decode_without_files(message).scene;
