@@ -14,9 +14,11 @@ import time
 import webbrowser
 
 import limber
+import numpy as np
 
 PATIENCE = 60.0  # for one edit to converge [s]
 PAGE_PORT = 8080  # where it is free
+MARKS = ".:-=+*#"
 
 
 def main() -> int:
@@ -34,6 +36,7 @@ def main() -> int:
         print(f"limberd {server.info().server_version} answers at {server.connection.endpoint}")
         session = run(server, arguments.sample, pathlib.Path(arguments.out))
         fit(server, arguments.sample)
+        before_and_after(server, arguments.sample)
         show_page(server, session, arguments.open, is_kept)
     return 0
 
@@ -115,6 +118,32 @@ def fit(server: limber.Server, sample: str) -> None:
     print("\nmode  scene [Hz]  fitted [Hz]")
     for k, (mode, own) in enumerate(zip(fitted.modes[:4], fitted.initial), start=1):
         print(f"{k:4}{own.frequency:12.3f}{mode.frequency:13.3f}")
+
+
+def before_and_after(server: limber.Server, sample: str) -> None:
+    """One key by the published form and by the default: where its node is, a character for every so many frames."""
+    curves = {}
+    for form in ("differences", "sampled"):
+        scene = server.sample(sample)
+        node = scene.constraints[0].nodes[0]
+        del scene.constraints[:]
+        scene.dynamics.Clear()
+        scene.dynamics.discretisation = limber.bodies.edits.DISCRETISATIONS[form]
+        with server.open(scene, progress=False) as session:
+            rest = session.geometry().rest
+            size = float(np.ptp(rest, axis=0).max())
+            session.add(node=node, frame=scene.frames // 2, displacement=(0.2 * size, 0, 0), exact=True)
+            session.wait(timeout=PATIENCE)
+            frames = session.frames()
+            bent = np.linalg.norm(frames[1:-1] - (frames[:-2] + frames[2:]) / 2, axis=2).max() / size
+            curves[form] = (frames[:, node, 0] - rest[node, 0]) / size, bent
+    print(f"\n{sample}, one key of 0.2 lengths in the middle: where its node is, from the other side (.) to the key (#)\n")
+    low, high = min(curve.min() for curve, _ in curves.values()), 0.2
+    for form, (curve, bent) in curves.items():
+        shown = curve[:: max(1, len(curve) // 64)]
+        marks = "".join(MARKS[round(min(1.0, (at - low) / (high - low)) * (len(MARKS) - 1))] for at in shown)
+        print(f"  {'published' if form == 'differences' else 'default':<10}{marks}\n{'':<12}"
+              f"{-curve.min():.3f} lengths to the other side, a node up to {bent:.3f} off the mean of its neighbour frames")
 
 
 def edits(session: limber.Session, node: int, frames: int, size: float):

@@ -72,9 +72,12 @@ struct DynamicsRequest {
   [[nodiscard]] Dynamics resolved(Discretisation where_absent) const {
     const Discretisation chosen = discretisation.value_or(where_absent);
     const bool is_calm = chosen == Discretisation::kSampled;
-    return {frames_per_second, period_frames,
-            damping_ratio.value_or(is_calm ? Dynamics::kCalmDamping : 0), chosen,
-            force_smoothing.value_or(is_calm ? Dynamics::kCalmSmoothing : 0), inertia.value_or(0)};
+    return {frames_per_second,
+            period_frames,
+            damping_ratio.value_or(is_calm ? Dynamics::kCalmDamping : 0),
+            chosen,
+            force_smoothing.value_or(is_calm ? Dynamics::kCalmSmoothing : 0),
+            inertia.value_or(0)};
   }
 };
 

@@ -2,6 +2,7 @@
 
 import json
 
+import glb_files
 import limber
 import numpy as np
 import pytest
@@ -95,6 +96,20 @@ def test_a_loop_comes_round(server, body):
         other.add(node=tip, frame=12, displacement=(0, HEIGHT, 0), exact=True)
         other.wait()
         assert np.abs(np.roll(tip_path(other), 20, axis=0) - shown).max() < 1e-5
+
+
+def test_a_saved_loop_is_closed(body, tmp_path):
+    body.ends("cyclic")
+    body.add(node=tip_of(body), frame=2, displacement=(0, 0, HEIGHT), exact=True)
+    body.add(node=tip_of(body), frame=32, displacement=(0, HEIGHT, 0), exact=True)
+    body.wait()
+    assert body.save(tmp_path / "loop.glb").frames == 60
+    document, values = glb_files.read(tmp_path / "loop.glb")
+    [sampler] = document["animations"][0]["samplers"]
+    times = values(sampler["input"])
+    weights = values(sampler["output"]).reshape(len(times), -1)
+    assert len(times) == 61 and times[-1] == pytest.approx(60 / 30)
+    assert np.array_equal(weights[0], weights[-1])
 
 
 def test_a_local_edit_leaves_the_rest(body):

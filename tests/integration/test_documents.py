@@ -73,6 +73,8 @@ def test_demo_prints_its_table_and_leaves_frames(limberd, cache_dir, tmp_path):
         # Not in an order: frames are timed when they arrive, the acknowledgement when the caller continues.
         assert 0 < acknowledged and 0 < first <= final and error >= 0
         assert total == pytest.approx(forces + constraints, rel=6e-3)  # three digits of each are printed
+    before, after = (float(number) for number in re.findall(r"a node up to (\S+) off", process.stdout))
+    assert after < 0.02 < before, "one motion before and after"
     assert (tmp_path / "out/motion.pvd").is_file() and (tmp_path / "out/motion_surface.pc2").is_file()
     assert not list(left_behind(tmp_path))
 

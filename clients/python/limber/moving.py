@@ -19,6 +19,7 @@ class MovingSurface:
     positions: np.ndarray      # frames x vertices x 3, float32, or float64 far from the origin [length unit]
     frames_per_second: float
     metres: float              # one length unit
+    is_loop: bool = False      # the last frame leads into the first
 
     @property
     def size(self) -> float:

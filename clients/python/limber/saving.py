@@ -80,6 +80,9 @@ def _drawn(session: "OpenSession", surface: "str | os.PathLike[str] | None") -> 
 def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", tolerance: float, up: str, session: str) -> Saved:
     origin = precision.origin_for(surface.positions)
     positions = precision.relative(surface.positions, origin)
+    frames = len(positions)
+    if surface.is_loop:  # players go from the last time to the first at once: the loop is closed
+        positions = np.concatenate([positions, positions[:1]])
     base, targets, weights, error = morphs.sliders(positions, tolerance * surface.size, MOST_TARGETS)
     # A vertex of glTF has one normal and one texture coordinate: those at sharp edges and seams are there more than once.
     faces, source = normals.split_creases(surface.faces, base)
@@ -92,7 +95,7 @@ def _glb(target: Path, surface: MovingSurface, drawn: "ObjSurface | None", toler
         faces, source, rest, added = corners.reshape(-1, 3), source[pairs[0]], rest[pairs[0]], added[:, pairs[0]]
     target.write_bytes(gltf.glb(replace(surface, faces=faces), base[source], targets[:, source], weights, up, (rest, added),
                                 texcoords, _materials(drawn), origin, session))
-    return Saved((target,), len(positions), len(base), len(targets), error)
+    return Saved((target,), frames, len(base), len(targets), error)
 
 
 def _materials(drawn: "ObjSurface | None") -> "list[gltf.Material]":

@@ -357,7 +357,7 @@ class Session(OpenSession):
             faces, positions = drawn[1], self._positions_of(drawn[0], geometry)
         scene = self.settings()
         return MovingSurface(status.name or self.id, faces, positions, scene.dynamics.frames_per_second,
-                             scene.length_unit_in_metres)
+                             scene.length_unit_in_metres, scene.first_end == scenes.END_CONDITION_CYCLIC)
 
     def played(self, tolerance: float, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> Played:
         """The surface, as a sum of few deformations."""
