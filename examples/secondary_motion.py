@@ -41,8 +41,8 @@ with limber.launch() as server:
         body.dynamics(inertia=inertia)
         body.wait()
         swing = body.frames()[:, tip, 0] - nodes[tip, 0]
-        late = np.argmax(swing) - np.argmax(base)
-        print(f"inertia {inertia}: the pins swing by {np.ptp(base):.3f}, the tip by {np.ptp(swing):.3f}, {late} frames later")
+        late = -np.angle(np.fft.rfft(swing)[1] / np.fft.rfft(base)[1]) / (2 * np.pi) * FRAMES
+        print(f"inertia {inertia}: the pins swing by {np.ptp(base):.3f}, the tip by {np.ptp(swing):.3f}, {late:.1f} frames later")
     body.add(node=tip, frame=30, until=40, displacement=(0, 0, 0), exact=True)
     body.wait()
     held = body.frames()[30:41, tip] - nodes[tip]

@@ -186,6 +186,7 @@ class FullKinematics::Impl {
     mean_ = mean_of(model_->modes);
     if (base.size() == 0) return;
     base_mean_ = mean_of(base);
+    lift_ = full_->lift(base, body.fixed_nodes);
     base_ = std::make_unique<BaseCoordinates>(body, full_->gradient(), std::move(base));
   }
 
@@ -351,6 +352,10 @@ class FullKinematics::Impl {
     for (int q = 0; q < count; ++q) {
       const Eigen::Index query = pass.queries[q];
       for (int i = 0; i < 3; ++i) u(i, query) = sum_of_lanes(sums[q][i]);
+      if (lift_.size() > 0) {
+        u.col(query) += mean_rows(lift_.col(frames[static_cast<std::size_t>(pass.column)]),
+                                  list_.site(queries[static_cast<std::size_t>(query)].site));
+      }
       if (mean_.size() == 0) continue;
       u.col(query) += mean_ * z.col(pass.column);
       if (base_ != nullptr)
@@ -459,6 +464,7 @@ class FullKinematics::Impl {
   std::vector<FullSite> sites_;
   mutable std::mutex base_mutex_;
   std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
+  Eigen::MatrixXd lift_;                   // of its pins, 3n x N; empty: they do not move
   JobContext heeded_;
 };
 

@@ -1,6 +1,7 @@
 #include "engine/reduced/full_reconstruction.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <vector>
 
 #include "engine/base/numerics/sparse_cholesky.h"
@@ -400,6 +401,22 @@ void FullReconstruction::from_linear(const Eigen::Ref<const Eigen::VectorXd>& v,
   impl_->gather(f.data(), 1, rhs);
   impl_->laplacian.solve_in_place(rhs, workspace);
   impl_->scatter(rhs, v.data(), u);
+}
+
+Eigen::MatrixXd FullReconstruction::lift(const Eigen::Ref<const Eigen::MatrixXd>& base,
+                                         const std::vector<int>& fixed_nodes) const {
+  const bool moves = std::any_of(fixed_nodes.begin(), fixed_nodes.end(), [&](int node) {
+    return !base.middleRows<3>(3 * Eigen::Index{node}).isZero(0);
+  });
+  if (!moves) return {};
+  // From its own gradients a displacement comes back without what its pins do.
+  Eigen::MatrixXd lift(base.rows(), base.cols());
+  Eigen::VectorXd gradients;
+  for (Eigen::Index frame = 0; frame < base.cols(); ++frame) {
+    gradient().apply(base.col(frame), gradients);
+    lift.col(frame) = base.col(frame) - from_gradients(gradients);
+  }
+  return lift;
 }
 
 }  // namespace limber::reduced

@@ -33,6 +33,12 @@ class FullReconstruction {
 
   /// u of RS coordinates y (9m x k), pose by pose.
   [[nodiscard]] Eigen::MatrixXd from_coordinates(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
+  /// What moving pins add to every reconstruction, which holds fixed nodes at rest: the
+  /// displacements of least gradient that fixed nodes have in `base` (3n x N), or nothing where
+  /// these do not move.
+  /// @param fixed_nodes  of the body
+  [[nodiscard]] Eigen::MatrixXd lift(const Eigen::Ref<const Eigen::MatrixXd>& base,
+                                     const std::vector<int>& fixed_nodes) const;
 
   /// u of y = Q v for linear displacements v (3n x k), as W z: many poses at once, on all threads.
   [[nodiscard]] Eigen::MatrixXd from_linear(const Eigen::Ref<const Eigen::MatrixXd>& v,

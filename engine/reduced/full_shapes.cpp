@@ -19,6 +19,7 @@ FullShapes::FullShapes(const bodies::ElasticBody& body, std::shared_ptr<const Re
     : model_(std::move(model)), full_(std::move(reconstruction)) {
   LIMBER_DEMAND(model_ != nullptr && model_->node_count == body.mesh.node_count());
   if (base.size() == 0) return;
+  lift_ = full_->lift(base, body.fixed_nodes);
   base_ = std::make_unique<BaseCoordinates>(body, full_->gradient(), std::move(base));
 }
 FullShapes::~FullShapes() = default;
@@ -40,6 +41,8 @@ Eigen::MatrixXd FullShapes::displacements(std::span<const int> frames,
       y.col(i) += base_->at(frames[static_cast<std::size_t>(first + i)], job).cast<double>();
     job.throw_if_cancelled();
     u.middleCols(first, count) = full_->from_coordinates(y);
+    for (Eigen::Index i = 0; i < count && lift_.size() > 0; ++i)
+      u.col(first + i) += lift_.col(frames[static_cast<std::size_t>(first + i)]);
     if (share.size() == 0) continue;
     // The centre of mass goes where base motion and linear displacement take it together.
     for (Eigen::Index i = 0; i < count; ++i) {

@@ -45,6 +45,7 @@ class FullShapes {
   std::shared_ptr<const ReducedModel> model_;
   std::shared_ptr<const FullReconstruction> full_;
   std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
+  Eigen::MatrixXd lift_;                   // of its pins, 3n x N; empty: they do not move
 };
 
 }  // namespace limber::reduced

@@ -1,5 +1,6 @@
 """Loops, holds and paths, local edits, inertia and animated pins, as an animator has them: by a server, in every client."""
 
+import contextlib
 import json
 
 import glb_files
@@ -58,7 +59,7 @@ def test_a_path_goes_from_key_to_key(body):
     assert [target for _, target in path.path] == pytest.approx(
         [(0, 0, 0.1), (0, 0, 0.4), (0, 0, 0.4), (0, 0.3, 0.1)])
     scene = body.settings()
-    assert [key.frame for key in scene.constraints[0].path] == [22, 35, 55] and scene.constraints[0].ease_in == 0
+    assert [key.frame for key in scene.constraints[0].path] == [23, 36, 55] and scene.constraints[0].ease_in == 0
 
 
 def test_the_command_line_takes_holds_paths_loops_and_reach(cli, body):
@@ -84,14 +85,14 @@ def test_a_loop_comes_round(server, body):
     body.add(node=tip, frame=2, displacement=(0, 0, HEIGHT), exact=True)
     body.add(node=tip, frame=32, displacement=(0, HEIGHT, 0), exact=True)
     result = body.wait()
-    assert result.status_name == "CONVERGED"
+    assert result.status == "CONVERGED"
     shown = tip_path(body)
     around = np.concatenate([shown, shown])
     steps = np.linalg.norm(np.diff(around, axis=0), axis=1)
     assert steps[59] < 1.2 * steps.max() and steps[59] > 1e-3, "the last frame leads into the first, in motion"
     # The same keys, turned around the seam.
     turned = small_scene(first_end="cyclic", last_end="cyclic")
-    with server.open(turned, progress=False) as other:
+    with contextlib.closing(server.open(turned, progress=False)) as other:
         other.add(node=tip, frame=42, displacement=(0, 0, HEIGHT), exact=True)
         other.add(node=tip, frame=12, displacement=(0, HEIGHT, 0), exact=True)
         other.wait()
@@ -140,7 +141,7 @@ def carried_scene(**options):
 
 def test_pins_carry_the_body_and_inertia_makes_it_lag(server):
     way, scene = carried_scene()
-    with server.open(scene, progress=False) as session:
+    with contextlib.closing(server.open(scene, progress=False)) as session:
         session.wait()
         tip = tip_of(session)
         follows = session.frames()[:, tip, 2] - session.geometry().rest[tip, 2]
@@ -148,8 +149,9 @@ def test_pins_carry_the_body_and_inertia_makes_it_lag(server):
         session.dynamics(inertia=1)
         session.wait()
         lags = session.frames()[:, tip, 2] - session.geometry().rest[tip, 2]
-        assert np.argmax(lags) > np.argmax(way), "later than the pins"
-        assert np.abs(lags - way).max() > 0.01
+        swing = np.fft.rfft(lags)[1] / np.fft.rfft(way)[1]
+        assert 1.1 < np.abs(swing) < 1.4, "a slow swing is amplified by about 1 / (1 - (25 / 60)^2)"
+        assert -0.5 < np.angle(swing) < -0.02, "and comes later than the pins"
         session.undo()
         session.wait()
         assert np.abs(session.frames()[:, tip, 2] - session.geometry().rest[tip, 2] - way).max() < 1e-4
@@ -162,7 +164,7 @@ def test_inertia_is_an_option_of_scenes(server, tmp_path):
     other.base_motion.inertia = 1
     shown = []
     for one in (scene, other):
-        with server.open(one, progress=False) as session:
+        with contextlib.closing(server.open(one, progress=False)) as session:
             session.wait()
             shown.append(session.frames())
             assert session.settings().dynamics.inertia == 1

@@ -68,7 +68,7 @@ def test_a_painted_surface_makes_the_tets_near_it(server, tmp_path):
         assert is_clear.mean() > 0.5 and len(np.unique(expected)) == 8
         assert moduli(session)[is_clear] == pytest.approx(expected[is_clear], rel=1e-9)
         # An exported scene opens with the same materials.
-        session.export(["scene"], tmp_path / "out", stem="again")
+        session.export(tmp_path / "out", formats=("scene",), stem="again")
         painted = moduli(session)
     again = next((tmp_path / "out").glob("*.json"))
     with contextlib.closing(server.open(again, progress=False)) as session:

@@ -303,7 +303,7 @@ Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::
   const bool comparable = nodes > 0;
   const std::string source = field + "." + field_in(message, "");
   if (message.has_pins())
-    return comparable ? decode_pins(message.pins(), source, scene) : Eigen::MatrixXd();
+    return comparable ? decode_pins(message.pins(), field + ".pins", scene) : Eigen::MatrixXd();
   Eigen::MatrixXd positions;
   if (message.has_positions()) {
     check_array(message.positions(), source, 3);

@@ -45,7 +45,8 @@ std::shared_ptr<const ReducedModel> free_model() {
 BaseMotion some_base(const ReducedModel& model, int frames) {
   Random random(77);
   BaseMotion base{Eigen::MatrixXd(9 * model.cubature_size(), frames),
-                  Eigen::MatrixXd(model.basis_size(), frames)};
+                  Eigen::MatrixXd(model.basis_size(), frames),
+                  {}};
   for (Eigen::Index i = 0; i < base.rs.size(); ++i) base.rs.data()[i] = 0.3 * random.normal();
   for (Eigen::Index i = 0; i < base.direct.size(); ++i)
     base.direct.data()[i] = 0.1 * random.normal();

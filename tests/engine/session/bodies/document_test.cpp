@@ -9,6 +9,7 @@
 #include <set>
 
 #include "engine/base/error.h"
+#include "engine/scene/constraint_path.h"
 #include "tests/engine/session/bodies/document_support.h"
 
 namespace limber::session {
@@ -341,7 +342,7 @@ class NaiveModel {
       std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
     } else if (const auto* move = std::get_if<MoveConstraint>(&edit)) {
       if (find(move->id) == list.end()) return false;
-      find(move->id)->target = move->target;
+      scene::move_path(*find(move->id), move->target);
     } else if (const auto* replace = std::get_if<ReplaceConstraint>(&edit)) {
       if (find(replace->constraint.id) == list.end()) return false;
       *find(replace->constraint.id) = replace->constraint;
@@ -349,6 +350,7 @@ class NaiveModel {
       if (find(remove->id) == list.end()) return false;
       list.erase(find(remove->id));
     } else if (const auto* ends = std::get_if<SetEnds>(&edit)) {
+      if ((ends->first == End::kCyclic) != (ends->last == End::kCyclic)) return false;
       state_.first = ends->first;
       state_.last = ends->last;
     } else if (const auto* dynamics = std::get_if<SetDynamics>(&edit)) {

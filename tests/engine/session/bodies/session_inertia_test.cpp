@@ -14,7 +14,7 @@ using test::kInfinity;
 using test::kTip;
 using test::Live;
 
-constexpr int kFrames = 60, kBegin = 10, kEnd = 22;
+constexpr int kCarriedFrames = 60, kBegin = 10, kEnd = 22;
 
 /// Where the base is along y, over its way.
 double share_in(int frame) {
@@ -24,9 +24,9 @@ double share_in(int frame) {
 
 /// The bar of the tests, carried along y.
 scene::Scene carried_bar(double way, double inertia) {
-  scene::Scene scene = test::bar(kCells, kFrames);
-  scene.base_motion.setZero(scene.mesh.nodes.size(), kFrames);
-  for (int frame = 0; frame < kFrames; ++frame)
+  scene::Scene scene = test::bar(kCells, kCarriedFrames);
+  scene.base_motion.setZero(scene.mesh.nodes.size(), kCarriedFrames);
+  for (int frame = 0; frame < kCarriedFrames; ++frame)
     for (int node = 0; node < scene.mesh.node_count(); ++node)
       scene.base_motion(3 * node + 1, frame) = way * share_in(frame);
   scene.first_end = scene.last_end = End::kFree;
@@ -46,7 +46,7 @@ TEST(SessionInertia, WithoutItTheBodyFollows) {
   const scene::Scene scene = carried_bar(0.1, 0);
   Live live(scene);
   const auto result = live.recorder->wait_final(0);
-  for (int frame = 0; frame < kFrames; ++frame)
+  for (int frame = 0; frame < kCarriedFrames; ++frame)
     EXPECT_LT(std::abs(lag(live, *result, scene, frame)), 1e-5);
 }
 
@@ -72,7 +72,7 @@ TEST(SessionInertia, IsTheMotionOfTheModesUnderTheAccelerationOfTheBase) {
     for (int corner = 0; corner < 4; ++corner)
       mass[mesh.tets(corner, tet)] += std::abs(edges.determinant());
   }
-  Eigen::VectorXd tip = Eigen::VectorXd::Zero(kFrames);
+  Eigen::VectorXd tip = Eigen::VectorXd::Zero(kCarriedFrames);
   for (Eigen::Index k = 0; k < modes; ++k) {
     double push = 0, modal = 0;
     for (int node = 0; node < mesh.node_count(); ++node) {
@@ -81,7 +81,7 @@ TEST(SessionInertia, IsTheMotionOfTheModesUnderTheAccelerationOfTheBase) {
     }
     const spacetime::ForceStencil stencil = spacetime::force_stencil(dynamics, k);
     double before = 0, now = 0;
-    for (int frame = 1; frame + 1 < kFrames; ++frame) {
+    for (int frame = 1; frame + 1 < kCarriedFrames; ++frame) {
       const double acceleration =
           way * (share_in(frame + 1) - 2 * share_in(frame) + share_in(frame - 1));
       const double next =
@@ -93,7 +93,7 @@ TEST(SessionInertia, IsTheMotionOfTheModesUnderTheAccelerationOfTheBase) {
     }
   }
   double largest = 0;
-  for (int frame = 0; frame < kFrames; ++frame) {
+  for (int frame = 0; frame < kCarriedFrames; ++frame) {
     EXPECT_NEAR(-lag(live, *result, scene, frame), tip[frame], 2e-3 * way) << frame;
     largest = std::max(largest, lag(live, *result, scene, frame));
   }

@@ -115,9 +115,9 @@ TEST(SessionPaths, OutOfReachIsSaidOnce) {
 
 /// Frames later, around the seam, the same motion.
 TEST(SessionLoops, DoNotDependOnTheirSeam) {
-  constexpr int kFrames = 48, kBy = 29;
-  const auto turned = [](int frame) { return (frame + kBy) % kFrames; };
-  scene::Scene scene = still_bar(kFrames);
+  constexpr int kTurnFrames = 48, kBy = 29;
+  const auto turned = [](int frame) { return (frame + kBy) % kTurnFrames; };
+  scene::Scene scene = still_bar(kTurnFrames);
   scene.first_end = scene.last_end = End::kCyclic;
   scene::Scene later = scene;
   for (const auto& [frame, y] : {std::pair{6, 0.2}, {22, -0.15}, {30, 0.0}}) {
@@ -138,7 +138,7 @@ TEST(SessionLoops, DoNotDependOnTheirSeam) {
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->report.status, SolveStatus::kConverged) << first->report.message;
   double apart = 0;
-  for (int frame = 0; frame < kFrames; ++frame) {
+  for (int frame = 0; frame < kTurnFrames; ++frame) {
     apart = std::max(apart, (one.session.positions(*first, frame, 1) -
                              other.session.positions(*second, turned(frame), 1))
                                 .cwiseAbs()
@@ -146,7 +146,7 @@ TEST(SessionLoops, DoNotDependOnTheirSeam) {
   }
   EXPECT_LT(apart, kSinglePrecision);
   const Eigen::Vector3d shown =
-      (tip_at(other.session, *second, 1) - tip_at(other.session, *second, kFrames - 1)) * 15;
+      (tip_at(other.session, *second, 1) - tip_at(other.session, *second, kTurnFrames - 1)) * 15;
   EXPECT_LT((shown - velocity.target).norm(), 1e-4);
 }
 
