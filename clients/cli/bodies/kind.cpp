@@ -140,6 +140,15 @@ std::string node_list(const v1::Constraint& constraint) {
   return text;
 }
 
+/// "12", of a path "12-40"; with its reach "12 within 0.5 s".
+std::string frames_of(const v1::Constraint& constraint) {
+  std::string text = std::to_string(constraint.frame());
+  if (!constraint.path().empty())
+    text += fmt::format("-{}", constraint.path(constraint.path_size() - 1).frame());
+  if (constraint.has_reach()) text += fmt::format(" within {:g} s", constraint.reach());
+  return text;
+}
+
 std::vector<std::string> row(const v1::Constraint& constraint) {
   std::string axes;
   for (const auto axis : constraint.axes())
@@ -156,7 +165,7 @@ std::vector<std::string> row(const v1::Constraint& constraint) {
   if (constraint.enforcement_case() == v1::Constraint::kWeight)
     weight = fmt::format("{:g}", constraint.weight());
   return {std::to_string(constraint.id()),
-          std::to_string(constraint.frame()),
+          frames_of(constraint),
           node_list(constraint),
           axes.empty() ? "xyz" : axes,
           kind,
