@@ -209,9 +209,8 @@ void add_open_command(CLI::App& app, Context& context) {
                       "Of a surface: keep within this share of the body's length (default: 0.02)");
   auto* stiffness = command->add_option(
       "--stiffness", options->stiffness,
-      "Of a body: a file with a number for each vertex of its surface (or node of its mesh, where "
-      "it has no surface of its own), that the stiffness there is multiplied by: text, .ply with "
-      "a property, or JSON of groups");
+      "Of a body: a file with a number for each vertex of its surface, by which its stiffness is "
+      "multiplied there; without a surface, for each node. A text, a .ply or JSON of groups");
   command->add_option("--stiffness-of", options->painted_points, "What the numbers are of")
       ->needs(stiffness)
       ->transform(CLI::CheckedTransformer(std::map<std::string, v1::PaintedPoints>{

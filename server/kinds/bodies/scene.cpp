@@ -26,7 +26,8 @@ namespace {
 
 /// Fields of scenes of other kinds have numbers from here on, but for those that were added later.
 constexpr int kFirstOfOtherKinds = 20;
-constexpr std::array kLaterOfBodies = {proto::Scene::kPaintedStiffnessFieldNumber};
+constexpr std::array<int, 2> kLaterOfBodies{proto::Scene::kStartFieldNumber,
+                                            proto::Scene::kPaintedStiffnessFieldNumber};
 
 /// The first field that a scene of a body has not; null where there is none.
 const google::protobuf::FieldDescriptor* foreign_field(const proto::Scene& message) {

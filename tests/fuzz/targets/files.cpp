@@ -1,10 +1,10 @@
 // Files in the requests that carry them. The first byte chooses where the file is; then its NAME, a
 // line end, the bytes. Behind lines "%%%" follow companions in the same form, of motions the
 // further files. Up to the values that the request is answered from.
-//   m mesh, f painted stiffness, s surface, k pose of a keyframe, b base motion of .vtu files, p
-//   base motion of a .pc2 l lines of a linkage, e lines of a structure, j a job that is solved t
-//   surface that is filled, d surface of a design, c surface that a design is changed to a pose of
-//   a keyframe that an edit adds
+//   m mesh, f painted stiffness, s surface, k pose of a keyframe, b base motion of .vtu files,
+//   p base motion of a .pc2, l lines of a linkage, e lines of a structure, j a job that is solved,
+//   t surface that is filled, d surface of a design, c surface that a design is changed to,
+//   a pose of a keyframe that an edit adds
 #include <string>
 #include <utility>
 #include <vector>
