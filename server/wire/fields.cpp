@@ -63,9 +63,12 @@ const FieldDescriptor* member(const Message& message, const std::string& name) {
 
 /// Of a message that is one of several things and nothing else: their oneof.
 const OneofDescriptor* choice_of(const Descriptor& type) {
-  const bool is_choice =
-      type.real_oneof_decl_count() == 1 && type.field_count() == type.oneof_decl(0)->field_count();
-  return is_choice ? type.oneof_decl(0) : nullptr;
+  if (type.real_oneof_decl_count() != 1) return nullptr;
+  // Beside it there may be numbers that say more of what is chosen.
+  for (int i = 0; i < type.field_count(); ++i) {
+    if (type.field(i)->containing_oneof() == nullptr) return nullptr;
+  }
+  return type.oneof_decl(0);
 }
 
 /// What a message wraps: the first of its members, where that is a message of its own.
