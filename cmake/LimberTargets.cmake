@@ -38,5 +38,5 @@ function(limber_test name)
   include(GoogleTest)
   # NO_PRETTY_VALUES: ctest's names are GoogleTest's; printed parameters behind them are noise.
   # TIMEOUT: tests take seconds, with sanitizers on a loaded machine tens of them; a hang must not eat a run of CI.
-  gtest_discover_tests(${name}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${name};${ARG_LABELS}" TIMEOUT 120)
+  gtest_discover_tests(${name}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${name};${ARG_LABELS}" TIMEOUT 240)
 endfunction()

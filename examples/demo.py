@@ -6,6 +6,7 @@ until Ctrl-C. limberd is stopped at the end, also after an error.
 """
 
 import argparse
+import contextlib
 import pathlib
 import signal
 import socket
@@ -129,7 +130,7 @@ def before_and_after(server: limber.Server, sample: str) -> None:
         del scene.constraints[:]
         scene.dynamics.Clear()
         scene.dynamics.discretisation = limber.bodies.edits.DISCRETISATIONS[form]
-        with server.open(scene, progress=False) as session:
+        with contextlib.closing(server.open(scene, progress=False)) as session:
             rest = session.geometry().rest
             size = float(np.ptp(rest, axis=0).max())
             session.add(node=node, frame=scene.frames // 2, displacement=(0.2 * size, 0, 0), exact=True)

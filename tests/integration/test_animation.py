@@ -72,7 +72,7 @@ def test_the_command_line_takes_holds_paths_loops_and_reach(cli, body):
     hold, path = body.settings().constraints
     assert [key.frame for key in hold.path] == [30] and hold.exact
     assert [key.frame for key in path.path] == [45, 50] and path.ease_out == 0 and path.reach == 0.4
-    listed = cli("status", body.id).stdout
+    listed = cli("show", body.id).stdout
     assert " 20-30 " in listed and " 40-50 within 0.4 s " in listed
     assert cli("ends", body.id, "--first", "cyclic", "--last", "cyclic").returncode == 0
     wrong = cli("ends", body.id, "--first", "cyclic", "--last", "free")

@@ -285,7 +285,7 @@ def test_velocities(cli, session):
 def test_what_the_command_line_does_not_know_is_named(cli):
     assert "no command 'frobnicate'" in failed(cli("frobnicate"), 2)
     message = failed(cli("ends", "s", "--first", "loose", "--last", "free"), 2)
-    assert "loose not in {free,position,position_velocity}" in message
+    assert "loose not in {cyclic,free,position,position_velocity}" in message
 
 
 @pytest.mark.parametrize("arguments", [("info", "--timeout", "nan"), ("info", "--connect-timeout", "inf"),
