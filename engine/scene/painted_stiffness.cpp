@@ -86,6 +86,7 @@ class Points {
     std::vector<int> order(index(static_cast<int>(points.cols())));
     std::iota(order.begin(), order.end(), 0);
     std::vector<Eigen::AlignedBox3d> boxes;
+    boxes.reserve(order.size());
     for (const int point : order) boxes.emplace_back(points.col(point));
     tree_.init(order.begin(), order.end(), boxes.begin(), boxes.end());
   }
@@ -105,6 +106,8 @@ class Points {
     int found = 0;
     double least = std::numeric_limits<double>::infinity();
 
+    // Names that Eigen asks for.
+    // NOLINTBEGIN(readability-identifier-naming)
     [[nodiscard]] double minimumOnVolume(const Eigen::AlignedBox3d& box) const {
       return box.squaredExteriorDistance(x);
     }
@@ -116,6 +119,7 @@ class Points {
       }
       return distance;
     }
+    // NOLINTEND(readability-identifier-naming)
   };
 
   const Eigen::Matrix3Xd& points_;

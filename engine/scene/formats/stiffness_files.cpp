@@ -117,6 +117,7 @@ std::vector<PaintedStiffness> read_stiffness(const std::string& name, std::strin
               std::to_string(point_count) + " points");
   }
   std::vector<PaintedStiffness> painted;
+  painted.reserve(numbers.size());
   for (const double number : numbers) painted.push_back({number, quantity});
   return painted;
 }
