@@ -27,7 +27,7 @@ bool NewtonSystem::factor(const ModeSystems& systems, const ConstraintRows& rows
 
 bool NewtonSystem::factor_first_order(const ModeSystems& systems, const ConstraintRows& rows,
                                       const Lanes& jacobian) {
-  return factor_with(systems, rows, jacobian, [](int, Eigen::Ref<Eigen::MatrixXd>) {});
+  return factor_with(systems, rows, jacobian, [](int, const Eigen::Ref<Eigen::MatrixXd>&) {});
 }
 
 bool NewtonSystem::factor_with(const ModeSystems& systems, const ConstraintRows& rows,
