@@ -5,6 +5,7 @@
 
 #include "server/kinds/bodies/scene.h"
 #include "server/wire/indices.h"
+#include "server/wire/vectors.h"
 
 namespace limber::server {
 
@@ -74,24 +75,20 @@ scene::SurfacePoint decode_point(const proto::SurfacePoint& message, const std::
   return point;
 }
 
-Eigen::Vector3d vector_of(const proto::Vector3& message) {
-  return {message.x(), message.y(), message.z()};
-}
-
 void decode_target(const proto::Constraint& message, const std::string& field,
                    scene::Constraint& constraint) {
   switch (message.target_case()) {
     case proto::Constraint::kPosition:
       constraint.kind = scene::TargetKind::kPosition;
-      constraint.target = vector_of(message.position());
+      constraint.target = decode_vector(message.position());
       return;
     case proto::Constraint::kDisplacement:
       constraint.kind = scene::TargetKind::kDisplacement;
-      constraint.target = vector_of(message.displacement());
+      constraint.target = decode_vector(message.displacement());
       return;
     case proto::Constraint::kVelocity:
       constraint.kind = scene::TargetKind::kVelocity;
-      constraint.target = vector_of(message.velocity());
+      constraint.target = decode_vector(message.velocity());
       return;
     case proto::Constraint::TARGET_NOT_SET:
       break;
@@ -107,18 +104,12 @@ void decode_path(const proto::Constraint& message, const std::string& field,
     auto& key = constraint.path[static_cast<std::size_t>(i)];
     const proto::PathKey& from = message.path(i);
     if (i > 0) key.target = constraint.path[static_cast<std::size_t>(i - 1)].target;
-    if (from.has_target()) key.target = vector_of(from.target());
+    if (from.has_target()) key.target = decode_vector(from.target());
     key.frame = decode_index(from.frame(), fmt::format("{}.path[{}].frame", field, i));
   });
   if (message.has_ease_in()) constraint.ease_in = message.ease_in();
   if (message.has_ease_out()) constraint.ease_out = message.ease_out();
   if (message.has_reach()) constraint.reach = message.reach();
-}
-
-void encode_vector(const Eigen::Vector3d& from, proto::Vector3& message) {
-  message.set_x(from.x());
-  message.set_y(from.y());
-  message.set_z(from.z());
 }
 
 }  // namespace

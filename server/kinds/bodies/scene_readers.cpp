@@ -75,10 +75,12 @@ SurfaceReader surface_reader(PathResolver resolve) {
 }
 
 SceneReaders scene_readers(const PathResolver& resolve, scene::MeshReadLimits limits) {
-  return {mesh_loader(resolve, limits), base_motion_reader(resolve), surface_reader(resolve),
-          [resolve](const std::string& path, const std::string& field) {
-            return read_file_at(resolve(path, field), field);
-          }};
+  SceneReaders readers{mesh_loader(resolve, limits), base_motion_reader(resolve),
+                       surface_reader(resolve)};
+  readers.stiffness = [resolve](const std::string& path, const std::string& field) {
+    return read_file_at(resolve(path, field), field);
+  };
+  return readers;
 }
 
 }  // namespace limber::server
