@@ -14,7 +14,9 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "examples"))
+from secondary_motion import rod  # noqa: E402
+
 FRAMES, SIDE, CELLS = 96, 0.05, 12
 KEY, SHOWN, BESIDE = "#b3261e", "#1f77c9", "#9a9a9a"
 
@@ -23,14 +25,6 @@ def rod_scene(**options):
     nodes, tets = rod()
     pins = np.flatnonzero(nodes[:, 1] == 0)
     return limber.scene_from_arrays(nodes, tets, fixed_nodes=pins, frames=FRAMES, **options)
-
-
-def rod():
-    """That of examples/secondary_motion.py."""
-    source = (ROOT / "examples" / "secondary_motion.py").read_text().split("nodes, tets = rod()")[0]
-    space = {}
-    exec(compile(source, "rod", "exec"), space)  # noqa: S102
-    return space["rod"]()
 
 
 def tip_of(body):

@@ -27,25 +27,30 @@ def rod():
     return nodes, np.array(tets)
 
 
-nodes, tets = rod()
-pins = np.flatnonzero(nodes[:, 1] == 0)
-tip = int(np.flatnonzero(nodes[:, 1] == nodes[:, 1].max())[0])
-turns = 2 * np.pi * np.arange(FRAMES) / FRAMES
-paths = nodes[pins] + 0.1 * np.sin(turns)[:, None, None] * (1, 0, 0)
-with limber.launch() as server:
-    scene = limber.scene_from_arrays(nodes, tets, fixed_nodes=pins, frames=FRAMES, first_end="cyclic", last_end="cyclic",
-                                     base_motion=limber.animated_pins(paths), period_frames=20, damping_ratio=0.1)
-    body = server.open(scene, progress=False)
-    base = paths[:, 0, 0] - nodes[pins[0], 0]
-    for inertia in (0, 1):
-        body.dynamics(inertia=inertia)
+def main():
+    nodes, tets = rod()
+    pins = np.flatnonzero(nodes[:, 1] == 0)
+    tip = int(np.flatnonzero(nodes[:, 1] == nodes[:, 1].max())[0])
+    turns = 2 * np.pi * np.arange(FRAMES) / FRAMES
+    paths = nodes[pins] + 0.1 * np.sin(turns)[:, None, None] * (1, 0, 0)
+    with limber.launch() as server:
+        scene = limber.scene_from_arrays(nodes, tets, fixed_nodes=pins, frames=FRAMES, first_end="cyclic", last_end="cyclic",
+                                         base_motion=limber.animated_pins(paths), period_frames=20, damping_ratio=0.1)
+        body = server.open(scene, progress=False)
+        base = paths[:, 0, 0] - nodes[pins[0], 0]
+        for inertia in (0, 1):
+            body.dynamics(inertia=inertia)
+            body.wait()
+            swing = body.frames()[:, tip, 0] - nodes[tip, 0]
+            late = -np.angle(np.fft.rfft(swing)[1] / np.fft.rfft(base)[1]) / (2 * np.pi) * FRAMES
+            print(f"inertia {inertia}: the pins swing by {np.ptp(base):.3f}, the tip by {np.ptp(swing):.3f}, {late:.1f} frames later")
+        body.add(node=tip, frame=30, until=40, displacement=(0, 0, 0), exact=True)
         body.wait()
-        swing = body.frames()[:, tip, 0] - nodes[tip, 0]
-        late = -np.angle(np.fft.rfft(swing)[1] / np.fft.rfft(base)[1]) / (2 * np.pi) * FRAMES
-        print(f"inertia {inertia}: the pins swing by {np.ptp(base):.3f}, the tip by {np.ptp(swing):.3f}, {late:.1f} frames later")
-    body.add(node=tip, frame=30, until=40, displacement=(0, 0, 0), exact=True)
-    body.wait()
-    held = body.frames()[30:41, tip] - nodes[tip]
-    print(f"held from frame 30 to 40: the tip is within {np.abs(held).max():.1e} of its place")
-    if len(sys.argv) > 1:
-        body.save(sys.argv[1])
+        held = body.frames()[30:41, tip] - nodes[tip]
+        print(f"held from frame 30 to 40: the tip is within {np.abs(held).max():.1e} of its place")
+        if len(sys.argv) > 1:
+            body.save(sys.argv[1])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,72 +1,62 @@
 #include "engine/reduced/base_load.h"
 
-#include <Eigen/LU>
-
-#include "engine/base/parallel.h"
+#include "engine/base/rotations/exponential_map.h"
 #include "engine/bodies/gradient_operator.h"
+#include "engine/bodies/mass.h"
+#include "engine/reduced/rs_coordinates.h"
+#include "engine/reduced/rs_inverse.h"
 
 namespace limber::reduced {
-namespace {
-
-constexpr int kPolarSteps = 12;
-
-/// R of F = R U by Newton's iteration (Higham 1986); the identity for tets that are turned inside
-/// out or flat.
-Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& gradient) {
-  if (!(gradient.determinant() > 0)) return Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d rotation = gradient;
-  for (int step = 0; step < kPolarSteps; ++step) {
-    const Eigen::Matrix3d next = 0.5 * (rotation + rotation.inverse().transpose());
-    const double change = (next - rotation).norm();
-    rotation = next;
-    if (change < 1e-12) break;
-  }
-  return rotation;
-}
-
-}  // namespace
 
 Eigen::MatrixXd BaseLoad::of_modes(const Eigen::MatrixXd& mixing) const {
   const Eigen::VectorXd mixed = mixing.cwiseAbs2().transpose() * masses;
   return mixed.cwiseInverse().asDiagonal() * (mixing.transpose() * forces);
 }
 
-BaseLoad base_load(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes, int free_modes,
-                   const Eigen::Ref<const Eigen::MatrixXd>& displacements) {
-  const bodies::GradientOperator gradient(body.mesh);
-  const Eigen::Index frames = displacements.cols(), nodes = displacements.rows() / 3;
-  const auto corner_mass = [&](int tet) {
-    return body.mesh.material_of(tet).density * gradient.volumes()[tet] / 4;
-  };
-  BaseLoad load;
-  Eigen::VectorXd mass = Eigen::VectorXd::Zero(nodes);
-  for (int tet = 0; tet < gradient.tet_count(); ++tet)
-    for (int corner = 0; corner < 4; ++corner)
-      mass[gradient.tets()(corner, tet)] += corner_mass(tet);
-  const Eigen::VectorXd of_axes = mass.replicate(1, 3).transpose().reshaped();
-  load.masses = modes.cwiseAbs2().transpose() * of_axes;
+BaseLoadSum::BaseLoadSum(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes,
+                         int free_modes, const Eigen::Ref<const Eigen::MatrixXd>& displacements)
+    : mesh_(body.mesh),
+      modes_(modes),
+      free_modes_(free_modes),
+      displacements_(displacements),
+      corner_mass_(bodies::GradientOperator(body.mesh).volumes() / 4) {
+  for (int tet = 0; tet < mesh_.tet_count(); ++tet)
+    corner_mass_[tet] *= mesh_.material_of(tet).density;
+  const Eigen::VectorXd mass = bodies::lumped_node_mass(mesh_);
+  load_.masses = modes.cwiseAbs2().transpose() * mass.replicate(1, 3).transpose().reshaped();
+  load_.forces = Eigen::MatrixXd::Zero(modes.cols(), displacements.cols());
+}
+
+void BaseLoadSum::add(Eigen::Index frame, const Eigen::VectorXd& y) {
+  const Eigen::Index frames = displacements_.cols();
+  const Eigen::VectorXd acceleration = displacements_.col((frame + 1) % frames) -
+                                       2 * displacements_.col(frame) +
+                                       displacements_.col((frame + frames - 1) % frames);
   // R^T a by the tets around each node, in shares of its mass.
-  Eigen::MatrixXd turned = Eigen::MatrixXd::Zero(displacements.rows(), frames);
-  parallel_for(frames, 1, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t frame = begin; frame < end; ++frame) {
-      const Eigen::VectorXd acceleration = displacements.col((frame + 1) % frames) -
-                                           2 * displacements.col(frame) +
-                                           displacements.col((frame + frames - 1) % frames);
-      const Eigen::VectorXd here = displacements.col(frame);
-      for (int tet = 0; tet < gradient.tet_count(); ++tet) {
-        const Eigen::Matrix3d back =
-            rotation_of(Eigen::Matrix3d::Identity() + gradient.apply(here, tet)).transpose();
-        for (int corner = 0; corner < 4; ++corner) {
-          const Eigen::Index node = gradient.tets()(corner, tet);
-          turned.col(frame).segment<3>(3 * node) +=
-              corner_mass(tet) * (back * acceleration.segment<3>(3 * node));
-        }
-      }
+  Eigen::VectorXd turned = Eigen::VectorXd::Zero(acceleration.size());
+  for (int tet = 0; tet < mesh_.tet_count(); ++tet) {
+    const Eigen::Vector3d theta = y.segment<3>(kRsSize * Eigen::Index{tet});
+    const Eigen::Matrix3d back = corner_mass_[tet] * rotations::exponential(-theta);
+    for (int corner = 0; corner < 4; ++corner) {
+      const Eigen::Index first = 3 * Eigen::Index{mesh_.tets(corner, tet)};
+      turned.segment<3>(first) += back * acceleration.segment<3>(first);
     }
-  });
-  load.forces = -(modes.transpose() * turned);
-  load.forces.topRows(free_modes).setZero();
-  return load;
+  }
+  load_.forces.col(frame).noalias() = -modes_.transpose() * turned;
+  load_.forces.col(frame).head(free_modes_).setZero();
+}
+
+BaseLoad base_load(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes, int free_modes,
+                   const Eigen::Ref<const Eigen::MatrixXd>& displacements, const JobContext& job) {
+  const bodies::GradientOperator gradient(body.mesh);
+  const RsInverse inverse(body, gradient);
+  RsTrack track;
+  BaseLoadSum sum(body, modes, free_modes, displacements);
+  for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
+    job.throw_if_cancelled();
+    sum.add(frame, inverse.coordinates(displacements.col(frame), track));
+  }
+  return sum.load();
 }
 
 }  // namespace limber::reduced

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
 
 namespace limber::reduced {
@@ -18,12 +19,33 @@ struct BaseLoad {
   [[nodiscard]] Eigen::MatrixXd of_modes(const Eigen::MatrixXd& mixing) const;
 };
 
-/// @param modes  W-hat, 3n x R [m]
-/// @param free_modes  the first ones, which nothing holds: rigid unknowns and mechanisms
-/// @param displacements  of the base from rest, 3n x N [m]; a cycle, the last frame before the
-/// first: other motions have no acceleration in their end frames
+/// Makes the load of a base motion, frame by frame.
+class BaseLoadSum {
+ public:
+  /// @param modes  W-hat, 3n x R [m]
+  /// @param free_modes  the first ones, which nothing holds: rigid unknowns and mechanisms
+  /// @param displacements  of the base from rest, 3n x N [m], kept by reference; a cycle, the last
+  /// frame before the first: other motions have no acceleration in their end frames
+  BaseLoadSum(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes, int free_modes,
+              const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+
+  /// @param y  RS coordinates of the base in this frame, 9m: how its tets are turned
+  void add(Eigen::Index frame, const Eigen::VectorXd& y);
+  [[nodiscard]] const BaseLoad& load() const { return load_; }
+
+ private:
+  const bodies::TetMesh& mesh_;
+  const Eigen::MatrixXd& modes_;
+  int free_modes_;
+  Eigen::Ref<const Eigen::MatrixXd> displacements_;
+  Eigen::VectorXd corner_mass_;  // of each tet [kg]
+  BaseLoad load_;
+};
+
+/// Of all frames. @param modes, free_modes, displacements  as above
 [[nodiscard]] BaseLoad base_load(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes,
                                  int free_modes,
-                                 const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+                                 const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                 const JobContext& job = {});
 
 }  // namespace limber::reduced

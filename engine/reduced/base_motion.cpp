@@ -17,10 +17,11 @@ constexpr Eigen::Index kFramesAtOnce = 64;
 // Share of the work that is finding RS coordinates.
 constexpr double kInverseShare = 0.9;
 
-/// The RS coordinates of the cubature tets, 9T x N.
+/// The RS coordinates of the cubature tets, 9T x N. Those of all tets in a frame go to the load,
+/// too.
 Eigen::MatrixXd cubature_coordinates(const bodies::ElasticBody& body, const ReducedModel& model,
                                      const Eigen::Ref<const Eigen::MatrixXd>& displacements,
-                                     const JobContext& job) {
+                                     BaseLoadSum& load, const JobContext& job) {
   const bodies::GradientOperator gradient(body.mesh);
   const RsInverse inverse(body, gradient);
   Eigen::MatrixXd rs(kRsSize * Eigen::Index{model.cubature_size()}, displacements.cols());
@@ -31,6 +32,7 @@ Eigen::MatrixXd cubature_coordinates(const bodies::ElasticBody& body, const Redu
     job.report("base motion",
                static_cast<double>(frame) / static_cast<double>(displacements.cols()));
     const Eigen::VectorXd y = inverse.coordinates(displacements.col(frame), track);
+    load.add(frame, y);
     for (int t = 0; t < model.cubature_size(); ++t) {
       rs.col(frame).segment<kRsSize>(kRsSize * t) =
           y.segment<kRsSize>(kRsSize * Eigen::Index{model.tets[t]});
@@ -59,7 +61,9 @@ BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& mode
   }
 
   BaseMotion result;
-  result.rs = cubature_coordinates(body, model, displacements, job.part(0, kInverseShare));
+  BaseLoadSum load(body, model.modes, model.rigid_count + model.mechanism_count, displacements);
+  result.rs = cubature_coordinates(body, model, displacements, load, job.part(0, kInverseShare));
+  result.load = load.load();
 
   // What H g(y_base) misses of the base motion as B sees it, translation of a free body included:
   // with z = 0 the model gives back the base motion's own projection.
@@ -80,8 +84,6 @@ BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& mode
       result.direct.col(frame) -= model.map * g;
     }
   }
-  result.load =
-      base_load(body, model.modes, model.rigid_count + model.mechanism_count, displacements);
   job.report("base motion", 1);
   return result;
 }

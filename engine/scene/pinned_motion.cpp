@@ -1,11 +1,11 @@
 #include "engine/scene/pinned_motion.h"
 
-#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "engine/base/rotations/polar.h"
 
 namespace limber::scene {
 namespace {
@@ -20,18 +20,15 @@ struct RigidMotion {
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
 };
 
-/// Of least squares (Kabsch 1976).
+/// Of least squares.
 RigidMotion rigid_motion(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
   const Eigen::Vector3d from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
   const Eigen::Matrix3d spread =
       (to.colwise() - to_mean) * (from.colwise() - from_mean).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d sizes = Eigen::JacobiSVD<Eigen::Matrix3d>(spread).singularValues();
   RigidMotion motion;
-  if (svd.singularValues()[1] > kOnALine * svd.singularValues()[0]) {
-    Eigen::Matrix3d flip = Eigen::Matrix3d::Identity();
-    flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    motion.turn = svd.matrixU() * flip * svd.matrixV().transpose();
-  }
+  if (sizes[1] > kOnALine * sizes[0])
+    motion.turn = rotations::polar_decomposition(spread).rotation.toRotationMatrix();
   motion.shift = to_mean - motion.turn * from_mean;
   return motion;
 }

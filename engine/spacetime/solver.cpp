@@ -261,9 +261,9 @@ class Solver::Impl {
     known.status = base.status;
     if (base.status == SolveStatus::kCancelled || base.status == SolveStatus::kImproved)
       return known;
-    if (has_moved_borders()) {
+    if (const ConstraintSet now = held(); has_moved_borders(now)) {
       const Eigen::MatrixXd begin = motion();
-      optimizer_.set_structure(held());
+      optimizer_.set_structure(now);
       optimizer_.warm_start(begin, Known::kGuess);
     }
     SolveReport report = optimizer_.solve(job, on_improved);
@@ -312,10 +312,12 @@ class Solver::Impl {
   }
 
   /// Whether the base's motion at the borders is another one than the optimiser knows.
-  [[nodiscard]] bool has_moved_borders() {
-    ConstraintSet now = held();
-    std::erase_if(now.keyframes, [](const auto& one) { return one.first < kBorder; });
-    return std::exchange(borders_, now.keyframes) != now.keyframes;
+  [[nodiscard]] bool has_moved_borders(const ConstraintSet& now) {
+    std::map<ConstraintId, KeyframeConstraint> borders(now.keyframes.lower_bound(kBorder),
+                                                       now.keyframes.end());
+    const bool has_moved = borders != borders_;
+    borders_ = std::move(borders);
+    return has_moved;
   }
 
   std::map<ConstraintId, KeyframeConstraint> borders_;
@@ -415,6 +417,7 @@ void Solver::set_load(const Eigen::MatrixXd& load) {
                     load.cols() == impl_->timeline_.frame_count && load.allFinite();
   if (load.size() > 0 && !fits)
     refuse_problem("load", "the load must have a finite number for each mode and frame");
+  if (load.size() == 0 && impl_->load_.size() == 0) return;
   impl_->set_load(load);
 }
 

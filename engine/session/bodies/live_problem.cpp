@@ -406,11 +406,7 @@ void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
 
 Eigen::MatrixXd LiveProblem::load() const {
   if (!base_ || inertia_ == 0) return {};
-  Eigen::MatrixXd load = inertia_ * base_->load.of_modes(material_->mixing);
-  if (first_end_ == scene::End::kCyclic) return load;
-  load.col(0).setZero();
-  load.rightCols<1>().setZero();
-  return load;
+  return inertia_ * base_->load.of_modes(material_->mixing);
 }
 
 void LiveProblem::note_site(int site, std::size_t nodes) {

@@ -142,14 +142,10 @@ ModeChooser::Optimum ModeChooser::optimum(const ModeRequest& request, const Shar
   spacetime::Solver solver(kinematics, material.dynamics, problem.timeline, solver_,
                            material.mixing);
   if (problem.load.size() > 0) {
-    const reduced::BaseLoad load = reduced::base_load(
-        body.mapped.body, model->modes, model->rigid_count + model->mechanism_count, body.base);
-    Eigen::MatrixXd of_modes = problem.dynamics.inertia * load.of_modes(material.mixing);
-    if (!problem.timeline.is_cyclic()) {
-      of_modes.col(0).setZero();
-      of_modes.rightCols<1>().setZero();
-    }
-    solver.set_load(of_modes);
+    const reduced::BaseLoad load = reduced::base_load(body.mapped.body, model->modes,
+                                                      model->rigid_count + model->mechanism_count,
+                                                      body.base, {job.cancellation, {}});
+    solver.set_load(problem.dynamics.inertia * load.of_modes(material.mixing));
   }
   for (const auto& [constraint, site] : problem.constraints) {
     spacetime::PositionConstraint own = constraint;

@@ -140,16 +140,7 @@ TEST(PassiveMotion, IsWhatASolverWithALoadAddsTo) {
         const DenseLoaded dense = dense_loaded(dynamics, k, timeline, load);
         energy += (dense.rows * z.row(k).transpose().cast<Real>() - dense.load).squaredNorm() / 2;
       }
-      double result = static_cast<double>(energy);
-      for (const auto& constraint : constraints) {
-        Eigen::Matrix3Xd u;
-        const int frame = 0;
-        const reduced::SiteQuery query{constraint.site, 0};
-        chain->evaluate({&frame, 1}, z.col(constraint.frame), {&query, 1}, u, nullptr);
-        result += 0.5 * constraint.weight *
-                  ((u.col(0) - constraint.target) / chain->length()).squaredNorm();
-      }
-      return result;
+      return static_cast<double>(energy) + soft_energy(*chain, constraints, z);
     };
     const double energy = energy_of(solver.motion());
     EXPECT_NEAR(report.total_energy, energy, 1e-8 * energy);

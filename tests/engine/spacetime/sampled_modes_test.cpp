@@ -154,16 +154,7 @@ TEST(SampledModes, ABendingBodyEndsInAMinimum) {
     const SolveReport report = solver.solve();
     EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
     const auto energy_of = [&](const Eigen::MatrixXd& z) {
-      double energy = force_energy(dynamics, z);
-      for (const auto& constraint : constraints) {
-        Eigen::Matrix3Xd u;
-        const int frame = 0;
-        const reduced::SiteQuery query{constraint.site, 0};
-        chain->evaluate({&frame, 1}, z.col(constraint.frame), {&query, 1}, u, nullptr);
-        energy += 0.5 * constraint.weight *
-                  ((u.col(0) - constraint.target) / chain->length()).squaredNorm();
-      }
-      return energy;
+      return force_energy(dynamics, z) + soft_energy(*chain, constraints, z);
     };
     const double energy = energy_of(solver.motion());
     EXPECT_NEAR(report.total_energy, energy, 1e-8 * energy);

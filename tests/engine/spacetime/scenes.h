@@ -50,4 +50,20 @@ inline std::vector<PositionConstraint> test_constraints(const testing::ChainKine
   return constraints;
 }
 
+/// gamma-weighted E_c of soft positions, by its definition.
+inline double soft_energy(const testing::ChainKinematics& kinematics,
+                          const std::vector<PositionConstraint>& constraints,
+                          const Eigen::MatrixXd& z) {
+  double energy = 0;
+  for (const PositionConstraint& constraint : constraints) {
+    Eigen::Matrix3Xd u;
+    const int frame = 0;
+    const reduced::SiteQuery query{constraint.site, 0};
+    kinematics.evaluate({&frame, 1}, z.col(constraint.frame), {&query, 1}, u, nullptr);
+    energy += 0.5 * constraint.weight *
+              ((u.col(0) - constraint.target) / kinematics.length()).squaredNorm();
+  }
+  return energy;
+}
+
 }  // namespace limber::spacetime
