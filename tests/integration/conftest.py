@@ -16,6 +16,7 @@ for folder in (ROOT / "clients" / "python", ROOT / "examples", pathlib.Path(__fi
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT / "clients" / "python"), os.environ.get("PYTHONPATH")]))
 
 import limber  # noqa: E402
+from balances import checked_balances  # noqa: E402
 from limber.launching import find_binary  # noqa: E402
 
 
@@ -23,6 +24,13 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(60))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def balances():
+    """Every solution of a linkage or of beams that a test fetches."""
+    with checked_balances():
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,13 @@ def grid(rods=3):
     return np.array(points, dtype=float), np.array(along + across)
 
 
+def strip(edges=8):
+    """A rod of 1 m along x, from joint 0 over joint 2 in its middle to joint 1, with a short piece across it at each."""
+    points = [(x, y, 0) for x in (0, 1, 0.5) for y in (-0.05, 0, 0.05)]
+    across = [(3 * i + j, 3 * i + j + 1) for i in range(3) for j in range(2)]
+    return limber.linkage_scene(points, across + [(1, 7), (7, 4)], section=RECTANGLE, edges_per_segment=edges)
+
+
 @pytest.fixture
 def linkage(server):
     """The sample hyperboloid in equilibrium."""

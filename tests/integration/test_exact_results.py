@@ -65,6 +65,42 @@ def test_a_second_client_reads_frames_while_the_basis_grows(session):
     assert len(hashes) > 1
 
 
+# --- What a final result says of other optima, and of targets beyond reach
+
+
+def test_a_wide_motion_says_how_many_starts_were_compared_and_how_far_apart_they_were(session):
+    for node, frame, displacement in ((59, 10, (-2.47, -0.26, 0.25)), (49, 22, (0.11, -1.62, 1.9)),
+                                      (46, 34, (0.7, -1.79, 1.6)), (57, 46, (-0.85, 1.49, -1.82))):
+        session.add(node=node, frame=frame, displacement=displacement)
+    result = session.wait(until="checked")
+    starts = result.starts
+    assert result.converged and starts.budget == 7 and starts.optima >= 2 and starts.optima <= starts.compared <= starts.budget
+    assert starts.lowest_energy < 0.95 * starts.highest_energy
+    assert result.energy == pytest.approx(starts.lowest_energy, rel=1e-3), "the lowest one is shown"
+    assert starts.largest_distance > 1
+    assert f"{starts.compared} starts were compared and ended in {starts.optima} different optima" in result.message
+
+
+def test_starts_that_agree_are_counted_and_small_motions_are_not_compared(session):
+    ids = [session.add(node=tip_of(session), frame=frame, displacement=(0, reach, 0))
+           for frame, reach in ((15, 0.3), (30, -0.3))]
+    assert session.wait(until="checked").starts is None
+    for held, reach in zip(ids, (1.5, -1.5)):
+        held.move((0, reach, 0))
+    result = session.wait(until="checked")
+    assert result.starts.optima == 1 and result.starts.compared == result.starts.budget
+    assert result.starts.largest_distance < 1e-4 and "starts were compared" not in result.message
+
+
+def test_a_target_beyond_reach_is_told_with_its_constraint_and_what_is_left(session):
+    session.add(node=tip_of(session), frame=15, displacement=(0, 0.1, 0))
+    far = session.add(node=tip_of(session), frame=30, displacement=(0, 60, 0), weight=1e-3)
+    result = session.wait(until="checked")
+    missed, = result.out_of_reach
+    assert missed.constraint == far.id and missed.distance == pytest.approx(result.max_error, rel=1e-6)
+    assert f"Constraint {far.id} in frame 30 is out of reach" in result.message
+
+
 def test_explains_a_body(session):
     session.wait(until="checked")
     said = session.explain()

@@ -6,6 +6,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import time
 
 import limber
 import pytest
@@ -59,13 +60,30 @@ def test_without_its_log_nothing_is_acknowledged_and_nothing_is_lost(kept, serve
     assert server.session("bar").undo().revision == 4, "a server that is started again stores again"
 
 
+def moved(held):
+    try:
+        held.move((0, 0.2, 0))
+    except limber.LimberError as error:
+        assert error.code == "IO"
+        return False
+    return True
+
+
 def test_a_lock_of_another_process_is_an_error_that_passes(kept, server, folder):  # noqa: F811
     held = edited(server, 2)
     with contextlib.closing(sqlite3.connect(folder / "sessions.sqlite", isolation_level=None)) as file:
         file.execute("BEGIN IMMEDIATE")
-        with pytest.raises(limber.LimberError, match="another process holds it"):
-            held.move((0, 0.2, 0))
+        for said in ("the change is made", "nothing was changed", "nothing was changed"):
+            began = time.monotonic()
+            with pytest.raises(limber.LimberError, match=f"{said}.*another process holds it"):
+                held.move((0, 0.2, 0))
+            assert time.monotonic() - began < 2.5, "an edit waits for at most 2 s"
+            assert server.session("bar").status().revision == 3
         file.execute("ROLLBACK")
+    while not moved(held):  # the store tries again by itself
+        time.sleep(0.1)
+    kept.restart(signal.SIGKILL)
+    assert server.session("bar").status().revision == 4, "what was made is stored now, and what was refused is not there"
 
 
 # --- Copies

@@ -1,8 +1,12 @@
 """What LinkageSession.solution() tells balances, and agrees with sections and energies."""
 
+import dataclasses
+
+import balances
 import limber
 import numpy as np
 import pytest
+from limber.beams.structures import structure_of
 from linkage_inputs import linkage  # noqa: F401
 from refusals import refusal
 
@@ -102,6 +106,36 @@ def test_the_largest_stress_is_at_the_clamp_with_an_estimate_of_its_own(server):
         error = opened.wait(until="checked").discretisation_error
         assert error.stress_error > 0 and error.worst_stress_segment == 2
         opened.close()
+
+
+def test_the_balance_of_every_solution_is_checked(server):
+    """By balances.py, of linkages and of beams; it fails where a force is left out."""
+    opened = fine(server, 5)
+    opened.gravity((0, 0, -9.81))
+    opened.wait()
+    solution = opened.solution()
+    balances.check_linkage(solution)
+    with pytest.raises(AssertionError, match="sums to"):
+        balances.check_linkage(dataclasses.replace(solution, weights=solution.weights * (1 + 1e-5)))
+    opened.close()
+
+    section = {"rectangle": {"width": 0.02, "height": 0.01}, "young": 1e9, "poisson": 0.3, "density": 600}
+    beams = {"nodes": [{"position": {"x": x}} for x in (0, 0.5, 1)], "sections": [section],
+             "elements": [{"start": 0, "finish": 1}, {"start": 1, "finish": 2, "rest_length": 0.501}],
+             "supports": [{"node": 0, "fix_x": True, "fix_y": True, "fix_z": True, "fix_rotation_x": True,
+                           "fix_rotation_y": True, "fix_rotation_z": True}],
+             "loads": [{"node": 1, "force": {"z": 1}}, {"node": 2, "force": {"x": 0.5, "z": 0.5}, "follows": True}],
+             "distributed_loads": [{"element": 1, "force": {"y": 1, "z": 2}, "follows": True}], "gravity": {"z": -9.81}}
+    structure, answer = structure_of(beams), server.solve_beams(beams, progress=False)
+    assert answer.converged and np.abs(answer.rotations[2, 1:]).max() > 0.1, "loads have turned"
+    for change in (lambda s: s.gravity.ClearField("z"), lambda s: s.loads[0].ClearField("force"),
+                   lambda s: s.loads[1].ClearField("follows"), lambda s: s.distributed_loads[0].ClearField("follows"),
+                   lambda s: s.elements[1].ClearField("rest_length")):
+        changed = structure_of(beams)
+        change(changed)
+        with pytest.raises(AssertionError, match="sums to"):
+            balances.check_beams(changed, answer)
+    balances.check_beams(structure, answer)
 
 
 def test_segments_balance_and_stresses_are_of_their_sections(linkage):  # noqa: F811

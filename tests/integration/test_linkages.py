@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import limber
 import numpy as np
@@ -13,7 +14,7 @@ from conftest import ROOT, small_scene
 from limber.launching import find_binary
 from limber.v1 import scene_pb2 as scenes
 from limber.v1 import service_pb2 as service
-from linkage_inputs import RECTANGLE, grid, linkage  # noqa: F401
+from linkage_inputs import RECTANGLE, grid, linkage, strip  # noqa: F401
 from refusals import refusal
 
 
@@ -422,3 +423,35 @@ def test_a_wrecked_shape_recovers_without_its_load(server):
     assert not back.solve_failed, back.message
     assert back.energy == pytest.approx(sound.energy, rel=1e-6)
     dome.close()
+
+
+def test_a_strip_that_snaps_through_warns_and_says_where(server):
+    """Clamped at both ends and pushed together it is an arch, which a load through its middle turns over."""
+    arch = server.open(strip(), progress=False)
+    for joint in (0, 1):
+        arch.pin(joint, "both")
+    arch.load(2, force=(0, 0, 1))
+    arch.wait()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", limber.SnapWarning)
+        arch.pin(1, "both", position=(0.98, 0, 0))
+        arch.load(2)
+        above = arch.wait()
+        height = arch.shape().joints[2, 2]
+        assert above.converged and not above.snaps and height > 0.05
+        arch.load(2, force=(0, 0, -10))
+        assert not arch.wait().snaps and arch.shape().joints[2] == pytest.approx((0.49, 0, height), abs=1e-3)
+    arch.load(2, force=(0, 0, -60))
+    with pytest.warns(limber.SnapWarning, match="snapped to another shape at .* % of the path, near a mean angle of") as warned:
+        result = arch.wait()
+    assert [warning.filename for warning in warned] == [__file__], "it points at the line that waited"
+    assert result.converged and arch.shape().joints[2, 2] < -0.05, "the mirror image"
+    snap, = result.snaps
+    assert snap in result.events and snap.event in ("limit_point", "jump") and 0 < snap.progress < 1
+    assert result.message.count("snapped") + result.message.count("jumped") == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", limber.SnapWarning)
+        assert arch.wait().snaps, "it is told once"
+        arch.load(2)
+        assert not arch.wait().snaps and arch.shape().joints[2, 2] == pytest.approx(-height, rel=1e-6)
+    arch.close()

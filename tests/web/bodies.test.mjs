@@ -17,6 +17,7 @@ import {
   settle,
   until,
   visit,
+  wideBoxes,
 } from "./support.mjs";
 
 let browser;
@@ -380,6 +381,47 @@ test("nothing serious for who uses no mouse or sees little", async () => {
   await openPanels(page);
   await page.waitForTimeout(500);
   assert.deepEqual(await accessibilityFaults(page), []);
+});
+
+test("targets out of reach and compared starts are told, in the width of the panel", async () => {
+  const page = await visit(browser, server.url);
+  await openSample(page, "beam");
+  const long = await page.evaluate(() => window.limber.opened.session.name.session);
+  await page.evaluate(() =>
+    window.limber.opened.openChanged((scene) => {
+      scene.frames = 40;
+      scene.constraints = [];
+    }),
+  );
+  await until(page, (long) => window.limber.opened.session.name.session !== long, long);
+  await settle(page);
+  await openPanels(page);
+  const [near, far] = await page.evaluate(async () => {
+    const { session, workspace } = window.limber.opened;
+    const nodes = [workspace.surface.basis.nodes - 1];
+    const edits = [0.5, 30].map((lengths, i) => {
+      const target = { case: "displacement", value: { y: lengths * workspace.extent } };
+      const enforcement = { case: "weight", value: i ? 1e-3 : 100 };
+      return { edit: { case: "add", value: { constraint: { frame: 12 + 12 * i, nodes, target, enforcement } } } };
+    });
+    return (await session.edit(edits)).constraintIds.map(Number);
+  });
+  const told = page.locator("[data-test=result]");
+  await until(page, () => window.limber.opened.session.result.starts !== undefined);
+  await settle(page, 1);
+  assert.match(await told.textContent(), new RegExp(`out of reach: constraint ${far} \\([0-9.]+ (m|units) left\\)`));
+  assert.doesNotMatch(await told.textContent(), new RegExp(`constraint ${near} \\(`));
+  assert.match(await told.textContent(), /\d starts compared: /);
+  assert.match(await page.locator(".notices").textContent(), /These targets are out of reach: constraint/);
+  assert.deepEqual(await wideBoxes(page), []);
+  await page.evaluate(
+    (id) => window.limber.opened.session.edit([{ edit: { case: "remove", value: { id: BigInt(id) } } }]),
+    far,
+  );
+  await settle(page, 2);
+  assert.doesNotMatch(await told.textContent(), /out of reach/);
+  assert.doesNotMatch(await page.locator(".notices").textContent(), /out of reach/);
+  assert.deepEqual(page.faults, []);
 });
 
 test("a finger drags a point on a tablet", async () => {

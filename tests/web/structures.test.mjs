@@ -16,6 +16,7 @@ import {
   settle,
   until,
   visit,
+  wideBoxes,
 } from "./support.mjs";
 
 let browser;
@@ -252,6 +253,11 @@ test("a linkage is made for a dropped surface, designed, paused, and taken", asy
     () => window.limber.opened.session.scene.linkage.conditions.segmentLengths.length,
   );
   assert.ok(lengths > 0);
+  const { failure } = await page.evaluate(() => window.limber.opened.session.scene.linkage.erection);
+  const plan = await page.locator("[data-test=erection]").textContent();
+  if (failure) assert.equal(plan, `no working path from flat is known: ${failure}`);
+  else assert.match(plan, /^opens from flat to [\d.]+°/);
+  assert.deepEqual(await wideBoxes(page), []);
   assert.deepEqual(page.faults, []);
 });
 

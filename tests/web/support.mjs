@@ -218,6 +218,17 @@ export function openPanels(page, title = "") {
   }, title);
 }
 
+/** Boxes of the sidebar, panels open, that are wider than it, in words. */
+export function wideBoxes(page) {
+  return page.evaluate(() => {
+    const sidebar = document.querySelector(".sidebar");
+    const right = sidebar.getBoundingClientRect().left + sidebar.clientLeft + sidebar.clientWidth;
+    const wide = [...sidebar.querySelectorAll("*")].filter((one) => one.getBoundingClientRect().right > right + 0.5);
+    const scrolled = sidebar.scrollWidth > sidebar.clientWidth ? ["the sidebar scrolls sideways"] : [];
+    return [...scrolled, ...wide.map((one) => one.outerHTML.slice(0, 120))];
+  });
+}
+
 export function distance(a, b) {
   return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }

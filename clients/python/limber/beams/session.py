@@ -10,8 +10,8 @@ from .. import arrays, checks
 from ..edits import Vector
 from ..errors import LimberError, invalid
 from ..laths import EDGE_DISTANCE, Laths
+from ..messages import beam_structure, service
 from ..messages import scene as messages
-from ..messages import service
 from ..moving import PATH_RATE, MovingPoints, MovingSurface
 from ..open_session import OpenSession, Receipt
 from ..pictures import Coloured, of_vertices
@@ -39,7 +39,7 @@ class BeamSession(OpenSession):
         request = service.GetSessionRequest(session=self.reference, with_scene=True)
         return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
 
-    def structure(self) -> "messages.BeamScene":
+    def structure(self) -> "beam_structure.BeamStructure":
         """Nodes, elements, and what every client's edits made of supports, motions and loads."""
         return self.scene().beams.structure
 

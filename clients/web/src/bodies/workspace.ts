@@ -2,6 +2,7 @@ import { Vector3 } from "three";
 import type { Constraint } from "../../gen/limber/v1/scene_pb";
 import { button, choice, el, field, picker } from "../controls/dom";
 import { NewestWins } from "../session/newest";
+import { describeReach, lengthUnit } from "../session/words";
 import { type Marker, Markers, Segments } from "../view/markers";
 import type { Grab, PointerAt } from "../view/pointer";
 import type { UpAxis } from "../view/stage";
@@ -96,6 +97,10 @@ export class BodyWorkspace implements Workspace {
 
   resultChanged(): void {
     this.material.update();
+    const { result } = this.desk.session;
+    if (!result?.converged) return;
+    const reach = describeReach(result, lengthUnit(this.desk.session.scene));
+    this.desk.follow("reach", reach?.tone ?? "good", reach && `These targets are ${reach.text}.`);
   }
 
   marks(): Mark[] {
@@ -157,12 +162,6 @@ export class BodyWorkspace implements Workspace {
 
   private get constraints(): Constraint[] {
     return this.desk.session.scene?.constraints ?? [];
-  }
-
-  private get unit(): string {
-    return this.desk.session.scene?.lengthUnitInMetres === 1 || !this.desk.session.scene?.lengthUnitInMetres
-      ? "m"
-      : "units";
   }
 
   private dragConstraint(constraint: Constraint, anchor: Vector3): Grab {
@@ -379,7 +378,7 @@ export class BodyWorkspace implements Workspace {
     const content: HTMLElement[] = [];
     if (constraint) {
       content.push(
-        constraintPanel(constraint, this.unit, {
+        constraintPanel(constraint, lengthUnit(this.desk.session.scene), {
           replace: (changed) => this.desk.send([{ edit: { case: "replace", value: { constraint: changed } } }]),
           remove: () => this.removeSelected(),
           goTo: (frame) => this.desk.goTo(frame),

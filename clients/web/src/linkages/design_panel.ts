@@ -3,6 +3,7 @@ import { DesignEnd, type DesignInfo, DesignLengths, DesignState } from "../../ge
 import { button, choice, el, field, number } from "../controls/dom";
 import { doubles } from "../wire/arrays";
 import type { DesignStart, Desk } from "../workspace";
+import { drawErection, shownErection } from "./erection";
 import { nearest } from "./placing";
 import { SURFACES } from "./surface_files";
 import { SurfaceView } from "./surface_view";
@@ -124,10 +125,12 @@ export function designPanel(desk: Desk): {
     const { design } = session;
     surfaceName.textContent = given ? given.name : "none yet";
     place();
+    const erection = shownErection(design, session.scene);
     words.replaceChildren(
       ...(design
         ? describe(design)
         : [el("p", { class: "quiet" }, "No design yet. It starts from the shape that the pins and angles ask for.")]),
+      ...(erection ? [drawErection(erection)] : []),
     );
   };
   update();

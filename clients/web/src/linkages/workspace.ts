@@ -116,6 +116,7 @@ export class LinkageWorkspace implements Workspace {
     this.drawMarkers();
     this.drawControls();
     this.drawJoint();
+    this.design.update();
   }
 
   resultChanged(): void {

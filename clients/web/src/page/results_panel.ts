@@ -1,7 +1,16 @@
 import type { ResultInfo } from "../../gen/limber/v1/service_pb";
 import { button, el, number } from "../controls/dom";
 import type { LiveSession } from "../session/live";
-import { describeAccuracy, describeResult, describeState, describeStrength, type Line } from "../session/words";
+import {
+  describeAccuracy,
+  describeReach,
+  describeResult,
+  describeStarts,
+  describeState,
+  describeStrength,
+  type Line,
+  lengthUnit,
+} from "../session/words";
 import { inWords } from "../wire/errors";
 import { Plot } from "./plots";
 
@@ -76,10 +85,14 @@ export class ResultsPanel {
     if (status) lines.push(paragraph(describeState(status)));
     if (result) {
       lines.push(paragraph(describeResult(result)));
-      const accuracy = describeAccuracy(result);
-      if (accuracy) lines.push(paragraph(accuracy));
-      const strength = describeStrength(result);
-      if (strength) lines.push(paragraph(strength));
+      const unit = lengthUnit(this.session.scene);
+      const judged = [
+        describeAccuracy(result),
+        describeStrength(result),
+        describeReach(result, unit),
+        describeStarts(result, unit),
+      ];
+      for (const line of judged) if (line) lines.push(paragraph(line));
       if (result.message) lines.push(el("p", { class: "message" }, result.message));
     }
     this.words.replaceChildren(...lines);

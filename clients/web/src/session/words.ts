@@ -1,3 +1,4 @@
+import type { Scene } from "../../gen/limber/v1/scene_pb";
 import {
   BranchEvent,
   type ResultInfo,
@@ -6,6 +7,11 @@ import {
   SolveStatus,
 } from "../../gen/limber/v1/service_pb";
 import { number } from "../controls/dom";
+
+/** Of a scene's lengths, behind a number. */
+export function lengthUnit(scene: Pick<Scene, "lengthUnitInMetres"> | null): string {
+  return (scene?.lengthUnitInMetres || 1) === 1 ? "m" : "units";
+}
 
 /** How sure a line is: the page shows each in its colour and with its sign. */
 export type Tone = "good" | "busy" | "warning" | "bad";
@@ -82,6 +88,30 @@ export function describeSnaps(result: ResultInfo): Line | null {
   return { tone: "warning", text: `The structure snapped at ${places.slice(0, 3).join("; ")}${more}.` };
 }
 
+const LISTED = 3;
+
+/** Targets of a body that the motion does not reach. unit: of the scene's lengths. */
+export function describeReach(result: ResultInfo, unit: string): Line | null {
+  const missed = result.outOfReach;
+  if (!missed.length || result.solveFailed) return null;
+  const places = missed
+    .slice(0, LISTED)
+    .map(({ constraint, distance }) => `constraint ${constraint} (${number(distance)} ${unit} left)`);
+  const rest = missed.length - LISTED;
+  const more = rest > 0 ? `; and ${rest} more` : "";
+  return { tone: "warning", text: `out of reach: ${places.join("; ")}${more}` };
+}
+
+/** Of a body: the starts that were compared for the shown motion. unit: of the scene's lengths. */
+export function describeStarts(result: ResultInfo, unit: string): Line | null {
+  const { starts } = result;
+  if (!starts || result.solveFailed) return null;
+  const { compared, optima, largestDistance } = starts;
+  const found = optima === 0 ? "none converged" : optima === 1 ? "one optimum" : `${optima} optima`;
+  const text = `${compared} starts compared: ${found}, up to ${number(largestDistance)} ${unit} apart`;
+  return { tone: optima === 1 ? "good" : "warning", text };
+}
+
 /** How near the shown result is to the exact one, as far as it was checked. */
 export function describeAccuracy(result: ResultInfo): Line | null {
   const motion = result.motionError;
@@ -103,6 +133,9 @@ export function describeAccuracy(result: ResultInfo): Line | null {
       elements.utilisationError === undefined
         ? ""
         : `, utilisations by ${number(100 * elements.utilisationError, 2)} %`,
+      elements.stressError === undefined
+        ? ""
+        : `, stresses by ${number(100 * elements.stressError, 2)} % (${number(elements.maxStressError)} Pa in segment ${elements.worstStressSegment})`,
     ];
     const text = `checked: positions are off by ${number(100 * elements.positionError, 2)} % of the size (${number(elements.maxDistance)} m)${others.join("")} by the discretisation`;
     return { tone: elements.withinTolerance ? "good" : "warning", text };
