@@ -209,6 +209,8 @@ class FullKinematics::Impl {
 
   [[nodiscard]] const ReducedModel& model() const { return *model_; }
 
+  void set_added(std::shared_ptr<const AddedPoses> added) { added_ = std::move(added); }
+
   void heed(Cancellation cancellation) { heeded_.cancellation = std::move(cancellation); }
 
   void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
@@ -267,7 +269,8 @@ class FullKinematics::Impl {
   void check(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
              std::span<const SiteQuery> queries) const {
     LIMBER_DEMAND(z.rows() == model_->coordinate_count());
-    LIMBER_DEMAND(base_ == nullptr || static_cast<Eigen::Index>(frames.size()) == z.cols());
+    LIMBER_DEMAND((base_ == nullptr && added_ == nullptr) ||
+                  static_cast<Eigen::Index>(frames.size()) == z.cols());
     list_.check(queries, z.cols());
     if (base_ == nullptr) return;
     for (const SiteQuery& query : queries) {
@@ -298,10 +301,20 @@ class FullKinematics::Impl {
   void begin(int column, std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
              FullWorkspace& work) const {
     work.v.noalias() = model_->modes * z.col(column);
-    if (base_ == nullptr) return;
+    work.base.resize(0);
+    if (base_ == nullptr && added_ == nullptr) return;
+    const int frame = frames[static_cast<std::size_t>(column)];
+    const bool is_added = added_ != nullptr && added_->act_in(frame);
+    if (base_ == nullptr && !is_added) return;
+    thread_local Eigen::VectorXd y;
+    if (base_ != nullptr) {
+      const std::lock_guard lock(base_mutex_);
+      y = base_->at(frame).cast<double>();
+    } else {
+      y.setZero(kRsSize * Eigen::Index{lanes_.count});
+    }
+    if (is_added) added_->add_to(frame, y);
     work.base.setZero(kRsSize * Eigen::Index{lanes_.padded});
-    const std::lock_guard lock(base_mutex_);
-    const Eigen::VectorXf& y = base_->at(frames[static_cast<std::size_t>(column)]);
     for (int t = 0; t < lanes_.count; ++t) {
       for (int c = 0; c < kRsSize; ++c) work.base[c * lanes_.padded + t] = y[kRsSize * t + c];
     }
@@ -311,7 +324,7 @@ class FullKinematics::Impl {
     Vec h[9];
     lanes_.gradients(work.v.data(), t, shape, h);
     rs_of_gradient_entries(h, y);
-    if (base_ == nullptr) return;
+    if (work.base.size() == 0) return;
     for (int c = 0; c < kRsSize; ++c) y[c] += load(work.base.data() + c * lanes_.padded + t);
   }
 
@@ -355,6 +368,10 @@ class FullKinematics::Impl {
       if (lift_.size() > 0) {
         u.col(query) += mean_rows(lift_.col(frames[static_cast<std::size_t>(pass.column)]),
                                   list_.site(queries[static_cast<std::size_t>(query)].site));
+      }
+      if (added_ != nullptr) {
+        u.col(query) += added_->beyond(frames[static_cast<std::size_t>(pass.column)],
+                                       list_.site(queries[static_cast<std::size_t>(query)].site));
       }
       if (mean_.size() == 0) continue;
       u.col(query) += mean_ * z.col(pass.column);
@@ -463,8 +480,9 @@ class FullKinematics::Impl {
   Eigen::Matrix3Xd mean_, base_mean_;  // of a free body
   std::vector<FullSite> sites_;
   mutable std::mutex base_mutex_;
-  std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
-  Eigen::MatrixXd lift_;                   // of its pins, 3n x N; empty: they do not move
+  std::unique_ptr<BaseCoordinates> base_;    // null: no base motion
+  Eigen::MatrixXd lift_;                     // of its pins, 3n x N; empty: they do not move
+  std::shared_ptr<const AddedPoses> added_;  // null: none
   JobContext heeded_;
 };
 
@@ -477,6 +495,10 @@ FullKinematics::FullKinematics(const bodies::ElasticBody& body,
 FullKinematics::~FullKinematics() = default;
 
 SiteId FullKinematics::add_site(const Site& site) { return impl_->add_site(site); }
+
+void FullKinematics::set_added(std::shared_ptr<const AddedPoses> added) {
+  impl_->set_added(std::move(added));
+}
 
 void FullKinematics::heed(Cancellation cancellation) { impl_->heed(std::move(cancellation)); }
 

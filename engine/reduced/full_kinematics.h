@@ -6,6 +6,7 @@
 
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
+#include "engine/reduced/added_poses.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/kinematics.h"
 #include "engine/reduced/reduced_model.h"
@@ -35,6 +36,8 @@ class FullKinematics final : public Kinematics {
   /// Registers (or finds) a site, as ReducedKinematics: the same calls give the same ids.
   SiteId add_site(const Site& site);
   SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
+  /// Poses on top of the base motion; null: none. As add_site(), not during other calls.
+  void set_added(std::shared_ptr<const AddedPoses> added);
   /// From now on add_site(), evaluate() and curvature() throw Error{kCancelled} within about a
   /// millisecond once it is requested. As add_site(), not during other calls.
   void heed(Cancellation cancellation);

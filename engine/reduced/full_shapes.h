@@ -6,6 +6,7 @@
 
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
+#include "engine/reduced/added_poses.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/reduced_model.h"
 
@@ -33,6 +34,9 @@ class FullShapes {
   [[nodiscard]] const ReducedModel& model() const { return *model_; }
   [[nodiscard]] const bodies::GradientOperator& gradient() const { return full_->gradient(); }
 
+  /// Poses on top of the base motion; null: none.
+  void set_added(std::shared_ptr<const AddedPoses> added) { added_ = std::move(added); }
+
   /// @param frames  ascending; of the base motion, if there is one in [0, N)
   /// @param linear  W-hat z, a column a frame, 3n x k [m]
   /// @returns displacements from rest, base motion included, 3n x k [m]
@@ -46,6 +50,7 @@ class FullShapes {
   std::shared_ptr<const FullReconstruction> full_;
   std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
   Eigen::MatrixXd lift_;                   // of its pins, 3n x N; empty: they do not move
+  std::shared_ptr<const AddedPoses> added_;
 };
 
 }  // namespace limber::reduced

@@ -46,7 +46,14 @@ SiteId LayeredKinematics::add_site(const Site& site) {
 
 void LayeredKinematics::set_full(std::unique_ptr<FullKinematics> full) {
   full_ = std::move(full);
+  full_->set_added(added_);
   sites_in_full_ = 0;
+}
+
+void LayeredKinematics::set_added(std::shared_ptr<const AddedPoses> added) {
+  added_ = std::move(added);
+  reduced_->set_added(added_.get());
+  if (full_) full_->set_added(added_);
 }
 
 void LayeredKinematics::use(Level level) {

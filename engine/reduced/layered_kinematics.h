@@ -57,6 +57,9 @@ class LayeredKinematics final : public Kinematics {
   /// FullKinematics::heed(). Needs set_full().
   void heed(const Cancellation& cancellation);
   [[nodiscard]] Level level() const { return level_; }
+  /// Poses on top of the base motion, of both maps from now on; null: none. Take the solver's
+  /// motion up again after it.
+  void set_added(std::shared_ptr<const AddedPoses> added);
   /// Null: none, and no anchors either.
   void set_shift(std::shared_ptr<const FrameShift> shift);
   /// What corrects the reduced model: shift and anchors.
@@ -100,6 +103,7 @@ class LayeredKinematics final : public Kinematics {
   Level level_ = Level::kReduced;
   std::vector<Site> sites_;
   std::size_t sites_in_full_ = 0;
+  std::shared_ptr<const AddedPoses> added_;
   std::shared_ptr<const FrameShift> shift_;
   std::vector<Rows> rows_;                            // of the shift's basis, of each site
   std::map<std::pair<SiteId, int>, Anchor> anchors_;  // by site and frame

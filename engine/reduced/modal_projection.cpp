@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 
 #include "engine/base/error.h"
@@ -21,6 +22,14 @@ namespace {
 
 /// Unknowns of a free body that no RS coordinate sees: x, y, z, first.
 int translations(const ReducedModel& model) { return model.rigid_count > 0 ? 3 : 0; }
+
+/// Root of the integral of |y|^2. @param y  9m
+double volume_norm(const bodies::GradientOperator& gradient, const Eigen::VectorXd& y) {
+  double square = 0;
+  for (int e = 0; e < gradient.tet_count(); ++e)
+    square += gradient.volumes()[e] * y.segment<kRsSize>(kRsSize * Eigen::Index{e}).squaredNorm();
+  return std::sqrt(square);
+}
 
 /// Least squares over all tets by volume or over some tets: y to z without translations.
 class Fit {
@@ -59,11 +68,7 @@ class Fit {
   /// Of y (9m), as the fit measures it.
   [[nodiscard]] double norm(const Eigen::VectorXd& y) const {
     if (tets_ == ProjectionTets::kCubature) return cubature_values(y).norm();
-    double square = 0;
-    for (int e = 0; e < gradient_.tet_count(); ++e)
-      square +=
-          gradient_.volumes()[e] * y.segment<kRsSize>(kRsSize * Eigen::Index{e}).squaredNorm();
-    return std::sqrt(square);
+    return volume_norm(gradient_, y);
   }
   /// Of y - Q W-hat z.
   [[nodiscard]] double left(const Eigen::VectorXd& y, const Eigen::VectorXd& z) const {
@@ -132,7 +137,11 @@ constexpr Eigen::Index kPosesAtOnce = 8;  // of one batch
 struct BasePose {
   Eigen::VectorXd y;  // 9m
   Eigen::Vector3d mean;
+  Eigen::VectorXd displacements;  // 3n; empty: there is none
 };
+
+/// Largest difference of the gradients of two displacements that are the same.
+constexpr double kSameGradient = 1e-7;
 
 }  // namespace
 
@@ -152,6 +161,7 @@ class ModalProjector::Impl {
  public:
   Impl(const bodies::ElasticBody& body, const ReducedModel& model, const ProjectionOptions& options)
       : model_(model),
+        body_(body),
         options_(checked(body, model, options)),
         gradient_(body.mesh),
         inverse_(body, gradient_),
@@ -160,7 +170,6 @@ class ModalProjector::Impl {
       mass_share_ = bodies::lumped_node_mass(body.mesh);
       mass_share_ /= mass_share_.sum();
     }
-    if (options.corrections > 0) full_.emplace(body);
   }
 
   [[nodiscard]] ModalProjection project(const Eigen::Ref<const Eigen::MatrixXd>& poses,
@@ -168,7 +177,8 @@ class ModalProjector::Impl {
     check_poses(poses);
     ModalProjection result = empty(poses.cols());
     const BasePose rest{Eigen::VectorXd::Zero(kRsSize * Eigen::Index{gradient_.tet_count()}),
-                        Eigen::Vector3d::Zero()};
+                        Eigen::Vector3d::Zero(),
+                        {}};
     const auto project_one = [&](Eigen::Index k, RsTrack& track) {
       const Eigen::VectorXd y = smooth_coordinates(inverse_, poses.col(k), track);
       fit(k, poses.col(k), y, rest, track, result);
@@ -212,7 +222,8 @@ class ModalProjector::Impl {
                  static_cast<double>(k) / static_cast<double>(poses.cols()));
       const int frame = frames[static_cast<std::size_t>(k)];
       const TrackedBase::Pose& at = tracked_base.at(frame, job);
-      const BasePose base{at.y, mean(tracked_base.motion().col(frame))};
+      const BasePose base{at.y, mean(tracked_base.motion().col(frame)),
+                          tracked_base.motion().col(frame)};
       const KeyframePose pose = tracked(poses.col(k), at, offset);
       offset = pose.track.counted - at.after.counted;
       fit(k, poses.col(k), pose.y, base, pose.track, result);
@@ -263,8 +274,15 @@ class ModalProjector::Impl {
   }
 
   [[nodiscard]] ModalProjection empty(Eigen::Index poses) const {
-    return {Eigen::MatrixXd::Zero(model_.coordinate_count(), poses), Eigen::VectorXd::Zero(poses),
-            fit_.rank(), fit_.condition()};
+    const Eigen::Index rows = kRsSize * Eigen::Index{gradient_.tet_count()};
+    return {Eigen::MatrixXd::Zero(model_.coordinate_count(), poses),
+            Eigen::VectorXd::Zero(poses),
+            fit_.rank(),
+            fit_.condition(),
+            options_.rest == ProjectionRest::kKept ? Eigen::MatrixXf::Zero(rows, poses)
+                                                   : Eigen::MatrixXf(),
+            Eigen::VectorXd::Zero(options_.rest == ProjectionRest::kKept ? poses : 0),
+            {}};
   }
 
   [[nodiscard]] Eigen::Vector3d mean(const Eigen::Ref<const Eigen::VectorXd>& u) const {
@@ -312,9 +330,46 @@ class ModalProjector::Impl {
     result.error[k] = size > 0 ? fit_.left(difference, z) / size : 0;
     if (options_.corrections > 0) correct(y, base, track, z);
     result.z.col(k).tail(z.size()) = z;
-    if (fixed == 0) return;
     const Eigen::VectorXd linear = model_.modes.rightCols(z.size()) * z;
+    if (options_.rest == ProjectionRest::kKept) {
+      const Eigen::VectorXd rest = difference - linear_coordinates(gradient_, linear);
+      result.rest.col(k) = rest.cast<float>();
+      result.rest_size[k] = volume_norm(gradient_, rest) / std::sqrt(gradient_.volumes().sum());
+      if (!have_gradients_of(y, pose)) keep_beyond(k, pose, y, base, result);
+    }
+    if (fixed == 0) return;
     result.z.col(k).head<3>() = (mean(pose) - base.mean - mean(linear)) / model_.length;
+  }
+
+  /// Whether g(y) = G u.
+  [[nodiscard]] bool have_gradients_of(const Eigen::VectorXd& y,
+                                       const Eigen::Ref<const Eigen::VectorXd>& u) const {
+    for (int e = 0; e < gradient_.tet_count(); ++e) {
+      const RsVector part = y.segment<kRsSize>(kRsSize * Eigen::Index{e});
+      const Eigen::Matrix3d difference = displacement_gradient(part) - gradient_.apply(u, e);
+      if (!(difference.cwiseAbs().maxCoeff() <= kSameGradient)) return false;
+    }
+    return true;
+  }
+
+  void keep_beyond(Eigen::Index k, const Eigen::Ref<const Eigen::VectorXd>& pose,
+                   const Eigen::VectorXd& y, const BasePose& base, ModalProjection& result) const {
+    Eigen::VectorXd left = pose - full().from_coordinates(y).col(0);
+    if (base.displacements.size() > 0) {
+      const Eigen::MatrixXd lift = full().lift(base.displacements, body_.fixed_nodes);
+      if (lift.size() > 0) left -= lift.col(0);
+    }
+    left.reshaped(3, left.size() / 3).colwise() -= mean(pose);
+    for (const int node : body_.fixed_nodes) left.segment<3>(3 * Eigen::Index{node}).setZero();
+    const std::lock_guard lock(mutex_);  // poses may be projected at the same time
+    if (result.beyond.size() == 0) result.beyond.setZero(pose.size(), result.z.cols());
+    result.beyond.col(k) = left;
+  }
+
+  /// Made when it is first needed: it factors the body's Laplacian.
+  [[nodiscard]] const FullReconstruction& full() const {
+    std::call_once(full_once_, [&] { full_.emplace(body_); });
+    return *full_;
   }
 
   void correct(const Eigen::VectorXd& y, const BasePose& base, const RsTrack& track,
@@ -323,7 +378,7 @@ class ModalProjector::Impl {
       const Eigen::VectorXd linear =
           base.y + linear_coordinates(gradient_, model_.modes.rightCols(at.size()) * at);
       RsTrack near = track;
-      return y - smooth_coordinates(inverse_, full_->from_coordinates(linear).col(0), near);
+      return y - smooth_coordinates(inverse_, full().from_coordinates(linear).col(0), near);
     };
     Eigen::VectorXd miss = missing(z), step = fit_.solve(miss);
     for (int round = 0; round < options_.corrections; ++round) {
@@ -337,12 +392,15 @@ class ModalProjector::Impl {
   }
 
   const ReducedModel& model_;
+  const bodies::ElasticBody& body_;
   ProjectionOptions options_;
   bodies::GradientOperator gradient_;
   RsInverse inverse_;
   Fit fit_;
   Eigen::VectorXd mass_share_;  // n, sums to one; empty for a held body
-  std::optional<FullReconstruction> full_;
+  mutable std::once_flag full_once_;
+  mutable std::optional<FullReconstruction> full_;
+  mutable std::mutex mutex_;
 };
 
 ModalProjector::ModalProjector(const bodies::ElasticBody& body, const ReducedModel& model,

@@ -17,8 +17,12 @@ enum class ProjectionTets {
   kAll,       // of all tets, by volume
 };
 
+/// Whether a projection of keyframes also gives what modes leave of each pose.
+enum class ProjectionRest { kNone, kKept };
+
 struct ProjectionOptions {
   ProjectionTets tets = ProjectionTets::kCubature;
+  ProjectionRest rest = ProjectionRest::kNone;
   /// Singular values below this share of the largest count as zero, in (0, 1).
   double rank_tolerance = 1e-6;
   /// A sum of modes is no gradient field, so the pose that the fit reconstructs to has other RS
@@ -36,6 +40,13 @@ struct ModalProjection {
   Eigen::VectorXd error;
   int rank = 0;          // of the fit, translations of a free body not counted
   double condition = 0;  // largest over smallest singular value that counts
+  /// RS coordinates of all tets that modes (and base motion) leave, 9m x K; with
+  /// ProjectionRest::kKept, else empty.
+  Eigen::MatrixXf rest;
+  Eigen::VectorXd rest_size;  // K: root mean square of these over the volume; empty as these are
+  /// What the RS coordinates themselves leave of the displacements: they follow the turns of their
+  /// neighbours next to full turns. 3n x K [m], zero at fixed nodes; without such poses empty.
+  Eigen::MatrixXd beyond;
 };
 
 /// Where the keyframes of an edit are, and the motion that is edited.

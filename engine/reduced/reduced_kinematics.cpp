@@ -4,6 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
+#include "engine/reduced/added_poses.h"
 #include "engine/reduced/kinematics_kernels.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/reduced/site_list.h"
@@ -13,7 +14,10 @@ namespace limber::reduced {
 class ReducedKinematics::Impl {
  public:
   Impl(std::shared_ptr<const ReducedModel> model, std::shared_ptr<const BaseMotion> base)
-      : model_(std::move(model)), base_(std::move(base)), list_(model_->node_count) {
+      : model_(std::move(model)),
+        scene_base_(std::move(base)),
+        base_(scene_base_),
+        list_(model_->node_count) {
     if (base_ != nullptr) {
       const Eigen::Index t9 = kRsSize * Eigen::Index{model_->cubature_size()};
       if (base_->rs.rows() != t9 || base_->direct.rows() != model_->basis_size() ||
@@ -26,8 +30,15 @@ class ReducedKinematics::Impl {
                 model_->basis_size()));
       }
     }
-    tangent_ = TangentTables(*model_, base_.get());
-    stream_ = StreamTables(*model_, base_.get());
+    fill_tables();
+  }
+
+  void set_added(const AddedPoses* added) {
+    base_ = scene_base_;
+    if (added != nullptr) {
+      base_ = std::make_shared<const BaseMotion>(with_poses(*model_, scene_base_.get(), *added));
+    }
+    fill_tables();
   }
 
   SiteId add_site(const Site& site) {
@@ -138,6 +149,11 @@ class ReducedKinematics::Impl {
     for (int column : work.columns) check_frame(frames[column]);
   }
 
+  void fill_tables() {
+    tangent_ = TangentTables(*model_, base_.get());
+    stream_ = StreamTables(*model_, base_.get());
+  }
+
   void check_frame(int frame) const {
     if (frame < 0 || frame >= base_->rs.cols()) {
       throw Error(
@@ -147,7 +163,8 @@ class ReducedKinematics::Impl {
   }
 
   std::shared_ptr<const ReducedModel> model_;
-  std::shared_ptr<const BaseMotion> base_;
+  std::shared_ptr<const BaseMotion> scene_base_;
+  std::shared_ptr<const BaseMotion> base_;  // with the added poses
   TangentTables tangent_;
   StreamTables stream_;
   SiteList list_;
@@ -161,6 +178,8 @@ ReducedKinematics::ReducedKinematics(std::shared_ptr<const ReducedModel> model,
 ReducedKinematics::~ReducedKinematics() = default;
 
 SiteId ReducedKinematics::add_site(const Site& site) { return impl_->add_site(site); }
+
+void ReducedKinematics::set_added(const AddedPoses* added) { impl_->set_added(added); }
 
 int ReducedKinematics::coordinate_count() const { return impl_->model().coordinate_count(); }
 

@@ -137,6 +137,8 @@ struct BaseMotion {
                                      const Eigen::Ref<const Eigen::MatrixXd>& displacements,
                                      const JobContext& job = {});
 
+class AddedPoses;
+
 /// Kinematics of a reduced model, with batch evaluation of whole motions.
 class ReducedKinematics final : public Kinematics {
  public:
@@ -149,6 +151,8 @@ class ReducedKinematics final : public Kinematics {
   SiteId add_site(const Site& site);
   /// The mean of a group, with equal weights.
   SiteId add_site(const std::vector<int>& nodes) { return add_site(Site{nodes, {}}); }
+  /// Poses on top of the base motion (with_poses()); null: none. As add_site(), between solves.
+  void set_added(const AddedPoses* added);
 
   [[nodiscard]] int coordinate_count() const override;
   [[nodiscard]] bool moves(SiteId site) const override;

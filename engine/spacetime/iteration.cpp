@@ -4,12 +4,18 @@
 #include <cmath>
 
 #include "engine/base/given_up.h"
+#include "engine/spacetime/exact_rows.h"
 
 namespace limber::spacetime {
 namespace {
 
 constexpr double kExactWeightGrowth = 10;  // factor of the penalty of exact constraints
 constexpr double kExactWeightCap = 1e7;    // its largest value
+/// Slow exact rows are met by whole steps where the scaled gradient and what they are off by
+/// [body lengths] are below these ..
+constexpr double kNearGradient = 1e-2, kNearTarget = 1e-3;
+/// .. to this part of their tolerance, to first order.
+constexpr double kExactLeft = 0.1;
 /// A Newton step's factor, or its curvature if it was truncated, serves again while steps shrink by
 /// at least this.
 constexpr double kChordRate = 0.3;
@@ -70,6 +76,9 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
     }
     return Outcome::kConverged;
   }
+  if (exact_slow_ && guard_.shift() == 0 && course.gradient < kNearGradient &&
+      max_exact(state_.residual) < kNearTarget)
+    meet_exact();
   const double taken = take();
   if (taken == 0) return after_no_decrease(course);
   const bool newton_kind = full_model();
@@ -111,13 +120,53 @@ Optimizer::Outcome Optimizer::after_no_decrease(Course& course) {
 void Optimizer::weigh_exact_rows(Course& course) {
   // Multipliers do the work; a heavier weight bends the valley. Only where they are slow.
   const double error = max_exact(state_.residual);
-  if (course.exact_before > 0 && error > 0.25 * course.exact_before &&
-      error > options_.constraint_tolerance && rows_.exact_weight() < kExactWeightCap) {
+  const bool is_slow = course.exact_before > 0 && error > 0.25 * course.exact_before &&
+                       error > options_.constraint_tolerance;
+  exact_slow_ = exact_slow_ || (is_slow && rows_.exact_weight() >= kExactWeightCap);
+  if (is_slow && rows_.exact_weight() < kExactWeightCap) {
     rows_.set_exact_weight(std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
     space_.invalidate();
     chord_ = false;
   }
   course.exact_before = error;
+}
+
+void Optimizer::meet_exact() {
+  const Step before = step_;
+  const double tolerance = kExactLeft * options_.constraint_tolerance;
+  if (step_kind_ == StepKind::kNewton) {
+    meet_exact_rows(
+        rows_, products(), state_.residual, tolerance,
+        [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+          m = rows_.weight().cwiseProduct(c);
+          d.setZero(z_.rows(), z_.cols());
+          products().add_transposed(m, d);
+          newton_.solve(d);
+          products().multiply(d, along_);
+          m -= rows_.weight().cwiseProduct(along_);
+        },
+        step_);
+  } else if (step_kind_ == StepKind::kGaussNewton) {
+    meet_exact_rows(
+        rows_, products(), state_.residual, tolerance,
+        [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+          product_.setZero(z_.rows(), z_.cols());
+          space_.saddle(systems_, rows_, product_, c, d, m);
+        },
+        step_);
+  } else {
+    return;
+  }
+  // With the multipliers as they were the merit is least where the rows are: it has to know first.
+  const Eigen::VectorXd multiplier = rows_.multiplier();
+  rows_.set_multipliers(step_.m);
+  rows_.shifted(state_.residual, shifted_);
+  descend();
+  step_.decrement2 = lane_dot(descent_, step_.d);
+  if (step_.decrement2 > 0) return;
+  rows_.set_multipliers(multiplier);
+  rows_.shifted(state_.residual, shifted_);
+  step_ = before;
 }
 
 Optimizer::Outcome Optimizer::step_on(Course& course) {
@@ -138,6 +187,7 @@ SolveReport Optimizer::iterate(const JobContext& job,
   curvature_valid_ = chord_ = false;
   lost_ = 0;
   slow_truncated_ = 0;
+  exact_slow_ = false;
   for (int iteration = 0;; ++iteration) {
     const auto ended = [&](SolveStatus status) {
       return report(status, iteration, course.gradient);

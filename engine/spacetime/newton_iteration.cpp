@@ -58,7 +58,7 @@ void Optimizer::apply_newton(const Lanes& d, Lanes& out) {
 void Optimizer::newton_step() {
   // A factor serves again, or the curvature of a truncated step.
   const bool chord = chord_ && step_kind_ == StepKind::kNewton;
-  if (!chord && guard_.idle() && slow_truncated_ < kSlowTruncated) {
+  if (!chord && guard_.idle() && slow_truncated_ < kSlowTruncated && !exact_slow_) {
     if (truncated_newton_step(chord_ ? Curvature::kLent : Curvature::kOwn)) return;
     chord_ = false;
   }

@@ -123,6 +123,8 @@ class Optimizer {
   [[nodiscard]] Outcome advance(Course& course);
   [[nodiscard]] Outcome after_no_decrease(Course& course);
   void weigh_exact_rows(Course& course);
+  /// step_ with all of what exact rows are off by.
+  void meet_exact();
   /// A cold start beside the present answer; the better of the two stays (see NOTATION.md).
   /// `on_improved` hears of the present answer meanwhile and may stop it.
   SolveReport challenge(const JobContext& job,
@@ -177,6 +179,7 @@ class Optimizer {
   bool chord_ = false;  // the next Newton step reuses the factor, or the curvature if truncated
   bool newton_last_ = false;  // the last solve ended with Newton steps: so the next begins
   int slow_truncated_ = 0;    // truncated steps in a row that hardly shrank
+  bool exact_slow_ = false;   // exact rows hardly get better at the largest weight
   double lost_ = 0;           // decrement of the last step too small to be judged by the merit
   int stage_steps_ = 0;       // taken at the present scale
   bool stage_newton_ = false;

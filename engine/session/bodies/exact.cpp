@@ -154,6 +154,7 @@ std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
   const std::shared_ptr<const ShownBasis> before = problem_shown_;
   Eigen::MatrixXd mixed;
   FullBody::Shown shown;
+  full_body_->set_added(problem_->added());
   const bool is_unwanted = is_given_up([&] {
     shown = full_body_->show(before->basis, mixed_motion(material, modal, mixed), reduced,
                              problem_->held_frames(), options, job);

@@ -48,6 +48,10 @@ class FullBody {
   [[nodiscard]] const std::shared_ptr<const BodyParts>& parts() const { return parts_; }
 
   [[nodiscard]] std::unique_ptr<reduced::FullKinematics> make_kinematics() const;
+  /// Poses that frames are shown with from now on; null: none.
+  void set_added(std::shared_ptr<const reduced::AddedPoses> added) {
+    shapes_->set_added(std::move(added));
+  }
 
   struct Shown {
     std::shared_ptr<const Eigen::MatrixXd> basis;  // `before`, or that with new columns

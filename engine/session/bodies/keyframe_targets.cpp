@@ -18,10 +18,14 @@ namespace {
 using scene::Keyframe;
 
 constexpr double kPoorShare = 0.02;  // body lengths
+// Of the model's tolerance: root mean square of what modes may leave of a pose's rotations [rad]
+// and strains. A body that is off by so much everywhere is off by less than that in body lengths.
+constexpr double kShownShare = 0.1;
 
 reduced::ProjectionOptions projection_options() {
   reduced::ProjectionOptions options;
   options.tets = reduced::ProjectionTets::kAll;
+  options.rest = reduced::ProjectionRest::kKept;
   return options;
 }
 
@@ -55,7 +59,8 @@ KeyframeTargets::Tools& KeyframeTargets::tools() {
   return *tools_;
 }
 
-Eigen::MatrixXd KeyframeTargets::project_poses(const std::vector<Keyframe>& ordered) {
+std::vector<KeyframeTargets::Projected> KeyframeTargets::project_poses(
+    const std::vector<Keyframe>& ordered) {
   Tools& with = tools();
   Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count},
                         static_cast<Eigen::Index>(ordered.size()));
@@ -74,11 +79,20 @@ Eigen::MatrixXd KeyframeTargets::project_poses(const std::vector<Keyframe>& orde
       if (error.field() == fmt::format("poses[{}]", k)) refuse_keyframe(ordered[k], error.what());
     throw;
   }
+  std::vector<Projected> projected;
   for (std::size_t k = 0; k < ordered.size(); ++k) {
-    if (!projection.z.col(static_cast<Eigen::Index>(k)).allFinite())
-      refuse_keyframe(ordered[k], "they are not finite");
+    const auto column = static_cast<Eigen::Index>(k);
+    if (!projection.z.col(column).allFinite()) refuse_keyframe(ordered[k], "they are not finite");
+    projected.push_back({projection.z.col(column), nullptr});
+    const bool is_beyond = projection.beyond.size() > 0 && !projection.beyond.col(column).isZero(0);
+    if (!is_beyond && !(projection.rest_size[column] > kShownShare * scene_.model.tolerance))
+      continue;
+    projected.back().rest = std::make_shared<const reduced::PoseRest>(reduced::PoseRest{
+        projection.rest.col(column),
+        is_beyond ? Eigen::VectorXd(projection.beyond.col(column)) : Eigen::VectorXd(),
+        model_->basis.transpose() * poses.col(column)});
   }
-  return projection.z;
+  return projected;
 }
 
 void KeyframeTargets::project_unknown(const std::vector<Keyframe>& ordered) {
@@ -87,31 +101,30 @@ void KeyframeTargets::project_unknown(const std::vector<Keyframe>& ordered) {
   for (const Keyframe& keyframe : ordered)
     if (!known_.contains(place(keyframe))) unknown.push_back(keyframe);
   if (unknown.empty()) return;
-  const Eigen::MatrixXd z = project_poses(unknown);
+  std::vector<Projected> projected = project_poses(unknown);
   for (std::size_t k = 0; k < unknown.size(); ++k)
-    known_[place(unknown[k])] = z.col(static_cast<Eigen::Index>(k));
+    known_[place(unknown[k])] = std::move(projected[k]);
 }
 
-std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
-    const std::vector<Keyframe>& keyframes) {
+std::vector<KeyframeTarget> KeyframeTargets::project(const std::vector<Keyframe>& keyframes) {
   if (keyframes.empty()) return {};
   std::vector<Keyframe> ordered = keyframes;
   std::sort(ordered.begin(), ordered.end(),
             [](const Keyframe& a, const Keyframe& b) { return a.frame < b.frame; });
   const bool alone = tools().projector.keyframes_are_independent();
-  Eigen::MatrixXd z;
+  std::vector<Projected> together;
   if (alone) {
     project_unknown(ordered);
   } else {
-    z = project_poses(ordered);
+    together = project_poses(ordered);
   }
-  std::vector<spacetime::KeyframeConstraint> targets;
+  std::vector<KeyframeTarget> targets;
   for (std::size_t k = 0; k < ordered.size(); ++k) {
     const Keyframe& keyframe = ordered[k];
+    const Projected& projected = alone ? known_.at(place(keyframe)) : together[k];
+    // A weight of infinity is kExact.
     targets.push_back(
-        {keyframe.id, keyframe.frame,
-         alone ? known_.at(place(keyframe)) : Eigen::VectorXd(z.col(static_cast<Eigen::Index>(k))),
-         keyframe.weight});  // infinity is kExact
+        {{keyframe.id, keyframe.frame, projected.coordinates, keyframe.weight}, projected.rest});
   }
   return targets;
 }

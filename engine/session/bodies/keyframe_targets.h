@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/reduced/added_poses.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/scene/scene.h"
 #include "engine/spacetime/problem.h"
@@ -14,11 +15,16 @@ namespace limber::session {
 /// How far the shapes of a motion miss keyframes.
 struct KeyframeMiss {
   double distance = 0;  // largest of a node from its place in a keyframe [m]; 0 without keyframes
-  /// The exact keyframe that is missed most, if by more than 2 % of the body's length: its pose is
-  /// beyond the model's shapes. 0: none.
+  /// The exact keyframe that is missed most, if by more than 2 % of the body's length. 0: none.
   std::uint64_t poor_id = 0;
   int poor_frame = 0;
   double poor_share = 0;  // of the body's length
+};
+
+/// A keyframe as the solver is asked to meet it, and what its pose has beyond the modes.
+struct KeyframeTarget {
+  spacetime::KeyframeConstraint constraint;
+  std::shared_ptr<const reduced::PoseRest> rest;  // null: modes show the pose
 };
 
 /// Keyframes of a scene as what its solver is asked to meet: z-bar (reduced::ModalProjector), over
@@ -35,8 +41,7 @@ class KeyframeTargets {
   /// again.
   /// @returns in the order of frames
   /// @throws Error naming the keyframe whose pose has no modal coordinates
-  [[nodiscard]] std::vector<spacetime::KeyframeConstraint> project(
-      const std::vector<scene::Keyframe>& keyframes);
+  [[nodiscard]] std::vector<KeyframeTarget> project(const std::vector<scene::Keyframe>& keyframes);
 
   /// @param basis  B, 3n x h; @param coordinates  q of all frames, h x N
   [[nodiscard]] KeyframeMiss miss(const std::vector<scene::Keyframe>& keyframes,
@@ -47,9 +52,12 @@ class KeyframeTargets {
   using Pose = std::weak_ptr<const Eigen::VectorXd>;
 
   Tools& tools();
-  /// z-bar, R x keyframes.
+  struct Projected {
+    Eigen::VectorXd coordinates;  // z-bar
+    std::shared_ptr<const reduced::PoseRest> rest;
+  };
   /// @param ordered  by frame
-  [[nodiscard]] Eigen::MatrixXd project_poses(const std::vector<scene::Keyframe>& ordered);
+  [[nodiscard]] std::vector<Projected> project_poses(const std::vector<scene::Keyframe>& ordered);
   void project_unknown(const std::vector<scene::Keyframe>& ordered);
   /// What z-bar of a pose that stands alone depends on: the pose, and over a base motion the frame.
   struct Place {
@@ -67,7 +75,7 @@ class KeyframeTargets {
   const scene::Scene& scene_;
   std::shared_ptr<const reduced::ReducedModel> model_;
   std::unique_ptr<Tools> tools_;
-  std::map<Place, Eigen::VectorXd> known_;  // z-bar of poses that stand alone
+  std::map<Place, Projected> known_;  // of poses that stand alone
 };
 
 }  // namespace limber::session

@@ -7,6 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/reduced/scaled_modes.h"
 #include "engine/scene/constraint_path.h"
+#include "engine/spacetime/pose_shares.h"
 
 namespace limber::session {
 
@@ -56,6 +57,7 @@ void LiveProblem::start(const EditBatch& whole) {
   shift_.reset();
   held_.clear();
   projected_.clear();
+  added_.reset();
   variables_ = whole.material->variables;
   frames_per_second_ = whole.dynamics->frames_per_second;
   inertia_ = whole.dynamics->inertia;
@@ -72,6 +74,7 @@ void LiveProblem::start(const EditBatch& whole) {
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
   set_keyframes(whole.keyframes.value());
+  set_added();
 }
 
 void LiveProblem::apply(const EditBatch& batch) {
@@ -102,6 +105,11 @@ void LiveProblem::apply(const EditBatch& batch) {
   }
   if (base_ && (batch.dynamics || batch.ends || batch.material)) solver_->set_load(load());
   if (batch.keyframes) set_keyframes(*batch.keyframes);
+  if (batch.keyframes || ((batch.ends || batch.dynamics) && added_)) {
+    const auto before = added_;
+    set_added();
+    if (before != added_) solver_->warm_start(solver_->motion(), spacetime::Known::kGuess);
+  }
   if (mostly_unused_sites()) shed_sites();
 }
 
@@ -292,6 +300,7 @@ CheckRequest LiveProblem::check_request() const {
   }
   for (const scene::Keyframe& keyframe : keyframes_)
     request.keyframe_frames.push_back(keyframe.frame);
+  request.added = added_;
   request.model = model_;
   request.is_cyclic = solver_->timeline().is_cyclic();
   return request;
@@ -377,26 +386,49 @@ void LiveProblem::remove(std::uint64_t id, int frames, int from) {
 /// A keyframe may change the turns of those after it: all are projected again. Those that come out
 /// the same stay in the solver as they are.
 void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
-  const auto same = [](const spacetime::KeyframeConstraint& a,
-                       const spacetime::KeyframeConstraint& b) {
-    return a.frame == b.frame && a.weight == b.weight && a.coordinates == b.coordinates;
-  };
-  std::map<std::uint64_t, spacetime::KeyframeConstraint> targets;
-  for (auto& target : keyframe_targets_->project(keyframes)) targets[target.id] = std::move(target);
+  std::map<std::uint64_t, KeyframeTarget> targets;
+  for (auto& target : keyframe_targets_->project(keyframes))
+    targets[target.constraint.id] = std::move(target);
   const auto stays = [&](std::uint64_t id) {
-    return targets.contains(id) && projected_.contains(id) && same(targets[id], projected_[id]);
+    return targets.contains(id) && projected_.contains(id) &&
+           targets[id].constraint == projected_[id].constraint;
   };
   for (const auto& [id, target] : projected_)
     if (!stays(id)) solver_->remove_keyframe(id);
   for (const auto& [id, target] : targets)
-    if (!stays(id)) solver_->add_keyframe(target);
+    if (!stays(id)) solver_->add_keyframe(target.constraint);
   projected_ = std::move(targets);
   keyframes_ = std::move(keyframes);
+}
+
+void LiveProblem::set_added() {
+  std::vector<spacetime::KeyframeConstraint> keyframes;
+  for (const auto& [id, target] : projected_) keyframes.push_back(target.constraint);
+  const bool is_any = std::any_of(projected_.begin(), projected_.end(),
+                                  [](const auto& one) { return one.second.rest != nullptr; });
+  if (!is_any) {
+    if (std::exchange(added_, nullptr)) kinematics_->set_added(nullptr);
+    return;
+  }
+  const Eigen::MatrixXd shares =
+      spacetime::pose_shares(keyframes, initial_->dynamics, solver_->timeline());
+  std::vector<reduced::AddedPose> poses;
+  Eigen::Index k = 0;
+  for (const auto& [id, target] : projected_) {
+    if (target.rest) {
+      poses.push_back(
+          {target.rest, target.constraint.frame, target.constraint.coordinates, shares.row(k)});
+    }
+    ++k;
+  }
+  added_ = std::make_shared<const reduced::AddedPoses>(std::move(poses));
+  kinematics_->set_added(added_);
 }
 
 void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
   kinematics_ = std::make_shared<reduced::LayeredKinematics>(
       std::make_shared<reduced::ReducedKinematics>(model_, base_));
+  if (added_) kinematics_->set_added(added_);
   kinematics_->set_shift(shift_);
   site_count_ = 0;
   site_nodes_ = 0;
@@ -432,7 +464,7 @@ void LiveProblem::shed_sites() {
     note_site(constraint.site, site.nodes.size());
     solver_->add(constraint);
   }
-  for (const auto& [id, keyframe] : projected_) solver_->add_keyframe(keyframe);
+  for (const auto& [id, keyframe] : projected_) solver_->add_keyframe(keyframe.constraint);
   solver_->set_weight_scale(scale);
 }
 

@@ -120,6 +120,8 @@ class LiveProblem {
   /// The present problem for any number of modes. @param dynamics  as edited
   [[nodiscard]] ModeProblem mode_problem(const scene::Dynamics& dynamics) const;
   [[nodiscard]] bool has_keyframes() const { return !keyframes_.empty(); }
+  /// What the poses of keyframes have beyond the modes; null: nothing.
+  [[nodiscard]] const std::shared_ptr<const reduced::AddedPoses>& added() const { return added_; }
   /// A material was fitted, or may be brought back by undo.
   [[nodiscard]] bool has_fitted() const {
     return material_ != initial_ || unfinished_.has_value() || !fitted_.empty();
@@ -154,6 +156,8 @@ class LiveProblem {
   /// What depends on the frame rate or on the ends: velocities, and how far constraints reach.
   void set_timed();
   void set_keyframes(std::vector<scene::Keyframe> keyframes);
+  /// From projected_, the timeline and the dynamics of the scene.
+  void set_added();
   void note_site(int site, std::size_t nodes);
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);
@@ -169,8 +173,9 @@ class LiveProblem {
   std::shared_ptr<const reduced::BaseMotion> base_;
   TargetFrame targets_;
   std::unique_ptr<KeyframeTargets> keyframe_targets_;
-  std::vector<scene::Keyframe> keyframes_;                            // that the solver has
-  std::map<std::uint64_t, spacetime::KeyframeConstraint> projected_;  // the same, as it has them
+  std::vector<scene::Keyframe> keyframes_;             // that the solver has
+  std::map<std::uint64_t, KeyframeTarget> projected_;  // the same, as it has them
+  std::shared_ptr<const reduced::AddedPoses> added_;
   ProblemTerms terms_;
   std::shared_ptr<const spacetime::Material> initial_, material_;
   std::optional<Unfinished> unfinished_;

@@ -328,6 +328,7 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
     prepare(job);
     job.throw_if_cancelled();
   }
+  full_->set_added(request.added);
   const BodyResult& result = *request.result;
   std::vector<int> constrained = request.keyframe_frames;
   for (const CheckRequest::Target& target : request.targets) {

@@ -99,6 +99,7 @@ struct CheckRequest {
   std::shared_ptr<const reduced::ReducedModel> model;  // whose coordinates the result has
   std::vector<Target> targets;                         // of constraints
   std::vector<int> keyframe_frames;                    // of keyframes
+  std::shared_ptr<const reduced::AddedPoses> added;    // of keyframes; null: none
   /// q of the motion with forces alone that the fit of the result's material began with; null where
   /// none was fitted.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit;

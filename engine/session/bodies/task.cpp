@@ -333,8 +333,8 @@ std::shared_ptr<BodyResult> BodySession::Impl::result_of_motion(
     result->max_keyframe_error = miss.distance;
     if (miss.poor_id != 0) {
       result->report.message += fmt::format(
-          "{}keyframe {} in frame {} is missed by {:.2g} of the body's length: its pose is beyond "
-          "the model's shapes (few modes, or twists near full turns).",
+          "{}keyframe {} in frame {} is missed by {:.2g} of the body's length: its pose moves "
+          "fixed nodes, needs candidate modes that do not swing, or contradicts constraints.",
           result->report.message.empty() ? "" : " ", miss.poor_id, miss.poor_frame,
           miss.poor_share);
     }

@@ -36,7 +36,7 @@ BodyRecord::Opened describe_body(const proto::Scene& message, const scene::Scene
   opened.bytes =
       estimate_session_bytes(scene) - estimate_constraint_bytes(constraints, opened.lanes) -
       estimate_keyframe_bytes(keyframes, opened.keyframe_rows, constraints, opened.lanes) -
-      estimate_pose_bytes(keyframes, opened.nodes);
+      estimate_pose_bytes(keyframes, opened.nodes, opened.tets);
   opened.resolve = resolve;
   opened.surface = carry_surface(scene);
   return opened;

@@ -40,7 +40,8 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene, const scene::Mod
          estimate_constraint_bytes(constraints_of(scene), model.mode_count) +
          estimate_keyframe_bytes(scene.keyframes.size(), candidates + 6, constraints_of(scene),
                                  model.mode_count) +
-         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
+         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count(),
+                             scene.mesh.tet_count());
 }
 
 std::uint64_t estimate_kept_bytes(const scene::Scene& scene) {
@@ -58,7 +59,8 @@ std::uint64_t estimate_kept_bytes(const scene::Scene& scene) {
          estimate_constraint_bytes(constraints_of(scene), scene.model.mode_count) +
          estimate_keyframe_bytes(scene.keyframes.size(), candidates + 6, constraints_of(scene),
                                  scene.model.mode_count) +
-         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
+         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count(),
+                             scene.mesh.tet_count());
 }
 
 std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
@@ -91,8 +93,10 @@ std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frame
 
 int keyframe_rows(const scene::Scene& scene) { return scene::candidate_mode_count(scene) + 6; }
 
-std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes) {
-  return 2 * 3 * sizeof(double) * keyframes * static_cast<std::uint64_t>(nodes);
+std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes, int tets) {
+  const auto n = static_cast<std::uint64_t>(nodes), m = static_cast<std::uint64_t>(tets);
+  // Of the pose, of the scene and mapped; and what modes leave of it.
+  return keyframes * (3 * 3 * sizeof(double) * n + 9 * sizeof(float) * m);
 }
 
 std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {

@@ -41,6 +41,6 @@ namespace limber::server {
 /// Rows that a keyframe adds to a session of this scene, at most.
 [[nodiscard]] int keyframe_rows(const scene::Scene& scene);
 /// Poses of so many keyframes, as displacements and as an edit has them [bytes].
-[[nodiscard]] std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes);
+[[nodiscard]] std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes, int tets);
 
 }  // namespace limber::server

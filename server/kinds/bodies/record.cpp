@@ -239,7 +239,7 @@ void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes) c
       opened_.bytes + estimate_constraint_bytes(constraints, lanes) +
       estimate_keyframe_bytes(keyframes, std::max(opened_.keyframe_rows, lanes + 6), constraints,
                               lanes) +
-      estimate_pose_bytes(keyframes, opened_.nodes);
+      estimate_pose_bytes(keyframes, opened_.nodes, opened_.tets);
   if (bytes > limit) {
     throw limit_exceeded(
         "edits",

@@ -7,7 +7,6 @@
 namespace limber::session {
 namespace {
 
-using spacetime::KeyframeConstraint;
 using test::Live;
 
 /// The bar, its x stretched and its y sheared by so much.
@@ -31,15 +30,15 @@ scene::Keyframe keyframe(std::uint64_t id, int frame, std::shared_ptr<const Eige
 void expect_as_anew(KeyframeTargets& targets, const scene::Scene& scene, const Live& live,
                     const std::vector<scene::Keyframe>& keyframes) {
   KeyframeTargets fresh(scene, live.session.model());
-  const std::vector<KeyframeConstraint> got = targets.project(keyframes);
-  const std::vector<KeyframeConstraint> wanted = fresh.project(keyframes);
+  const std::vector<KeyframeTarget> got = targets.project(keyframes);
+  const std::vector<KeyframeTarget> wanted = fresh.project(keyframes);
   ASSERT_EQ(got.size(), wanted.size());
   for (std::size_t k = 0; k < got.size(); ++k) {
-    EXPECT_EQ(got[k].id, wanted[k].id);
-    EXPECT_EQ(got[k].frame, wanted[k].frame);
-    EXPECT_EQ(got[k].weight, wanted[k].weight);
-    EXPECT_EQ(got[k].coordinates, wanted[k].coordinates);
-    EXPECT_GT(got[k].coordinates.norm(), 1e-3);
+    EXPECT_EQ(got[k].constraint, wanted[k].constraint);
+    EXPECT_GT(got[k].constraint.coordinates.norm(), 1e-3);
+    ASSERT_TRUE(got[k].rest && wanted[k].rest);
+    EXPECT_EQ(got[k].rest->coordinates, wanted[k].rest->coordinates);
+    EXPECT_EQ(got[k].rest->shown, wanted[k].rest->shown);
   }
 }
 

@@ -15,7 +15,9 @@
 #include "engine/bodies/mass.h"
 #include "engine/reduced/rs_coordinates.h"
 #include "engine/reduced/rs_inverse.h"
+#include "engine/session/bodies/keyframe_targets.h"
 #include "engine/session/bodies/problem_mapping.h"
+#include "engine/spacetime/pose_shares.h"
 #include "tests/engine/session/bodies/session_support.h"
 #include "tests/support/published.h"
 
@@ -35,7 +37,7 @@ using ::testing::Not;
 /// Full reconstructions by dense least squares on the gradients of all tets.
 class Literal {
  public:
-  explicit Literal(const BodySession& session)
+  Literal(const BodySession& session, const BodyResult& result)
       : session_(session),
         mapped_(map_body(*session.unedited())),
         gradient_(mapped_.body.mesh),
@@ -56,6 +58,7 @@ class Literal {
     reduced::RsTrack track;
     for (int frame = 0; frame < base_.cols(); ++frame)
       base_rs_.push_back(inverse.coordinates(base_.col(frame), track));
+    add_rests_of_keyframes(result);
   }
 
   [[nodiscard]] Eigen::VectorXd shape(const BodyResult& result, int frame) const {
@@ -100,6 +103,23 @@ class Literal {
   [[nodiscard]] bool is_free() const { return mapped_.body.is_free(); }
 
  private:
+  void add_rests_of_keyframes(const BodyResult& result) {
+    const scene::Scene scene = session_.scene();
+    KeyframeTargets projection(*session_.unedited(), session_.model());
+    const std::vector<KeyframeTarget> targets = projection.project(scene.keyframes);
+    std::vector<spacetime::KeyframeConstraint> keyframes;
+    for (const KeyframeTarget& target : targets) keyframes.push_back(target.constraint);
+    const Eigen::MatrixXd shares = spacetime::pose_shares(
+        keyframes, result.material->dynamics,
+        {scene.frame_count, map_end(scene.first_end), map_end(scene.last_end)});
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      for (std::size_t frame = 0; targets[k].rest && frame < base_rs_.size(); ++frame) {
+        base_rs_[frame] += shares(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(frame)) *
+                           targets[k].rest->coordinates.cast<double>();
+      }
+    }
+  }
+
   const BodySession& session_;
   MappedBody mapped_;
   bodies::GradientOperator gradient_;
@@ -128,7 +148,7 @@ std::vector<int> constrained_frames(const BodySession& session) {
 void expect_literal(const BodySession& session, const BodyResult& result) {
   ASSERT_TRUE(result.motion_check);
   const reduced::MotionError& error = result.motion_check->error;
-  const Literal literal(session);
+  const Literal literal(session, result);
   std::map<int, Eigen::VectorXd> full;
   double differences = 0, displacements = 0, distance = 0;
   int inverted = 0;

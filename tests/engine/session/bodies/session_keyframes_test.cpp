@@ -194,8 +194,55 @@ TEST(SessionKeyframes, ASequenceWithHalfTurnAndFullTurnTwists) {
   std::vector<double> turns;
   for (int frame = 0; frame < 60; ++frame)
     turns.push_back(turn = turn_of_end(scene, motion.col(frame), kLong, turn));
-  // Linear modes have no exact torsion: that is what is left.
-  for (int k = 0; k < 4; ++k) EXPECT_NEAR(turns[12 * (k + 1) - 1], angles[k], 0.1 * angles[k]) << k;
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(turns[static_cast<std::size_t>(12 * (k + 1) - 1)], angles[k], 0.01) << k;
+  for (const auto& keyframe : scene.keyframes)
+    EXPECT_LT(distance(live.session, *final, keyframe), scene.model.tolerance * kLong * 0.1);
+}
+
+// Linear modes have no exact torsion: without what they leave of the poses these are missed by 2 to
+// 40 % of the bar.
+TEST(SessionKeyframes, ExactKeyframesOfTwistsOf90To540DegreesAreMet) {
+  for (const double turns : {0.25, 0.5, 1.0, 1.5}) {
+    scene::Scene scene = test::bar(12, 60);
+    scene.dynamics.period_frames = 600;
+    scene.keyframes.push_back(twisted(scene, 40, 2 * M_PI * turns));
+    Live live(scene);
+    const auto final = live.recorder->wait_final(0);
+    ASSERT_TRUE(final);
+    EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
+    EXPECT_LT(final->max_keyframe_error, scene.model.tolerance * 1.2) << turns;
+    EXPECT_NEAR(distance(live.session, *final, scene.keyframes[0]), final->max_keyframe_error,
+                1e-6);
+    double turn = 0;
+    const Eigen::MatrixXd motion = live.session.positions(*final, 0, 60);
+    for (int frame = 0; frame <= 40; ++frame)
+      turn = turn_of_end(scene, motion.col(frame), 12, turn);
+    EXPECT_NEAR(turn, 2 * M_PI * turns, 0.02) << "also turned in between";
+    // It is moved and taken away as one.
+    EXPECT_LT(live.edit({MoveKeyframe{1, 30, {}}})->max_keyframe_error,
+              scene.model.tolerance * 1.2);
+    EXPECT_LT(live.edit({RemoveKeyframe{1}})->report.total_energy, 1e-12);
+    EXPECT_EQ(live.recorder->fault(), "");
+  }
+}
+
+TEST(SessionKeyframes, ATargetBesideATwistIsMetInShownFrames) {
+  scene::Scene scene = test::bar(12, 60);
+  scene.dynamics.period_frames = 600;
+  scene.keyframes.push_back(twisted(scene, 40, M_PI));
+  auto target = held(30, test::bar_node(12, 12, 1, 1), {0, 0.1, 0});
+  target.weight = kInfinity;
+  scene.constraints = {target};
+  Live live(scene);
+  const auto final = live.recorder->wait_final(0);
+  ASSERT_TRUE(final);
+  EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
+  EXPECT_LT(final->max_keyframe_error, scene.model.tolerance * 1.2);
+  const Eigen::VectorXd shown = live.session.positions(*final, 30, 1).col(0);
+  const int node = test::bar_node(12, 12, 1, 1);
+  const Eigen::Vector3d moved = shown.segment<3>(3 * node) - scene.mesh.nodes.col(node);
+  EXPECT_LT((moved - target.target).norm(), 1e-4 * 1.2);
 }
 
 TEST(SessionKeyframes, AFreeBodyIsMovedAndTurned) {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+#include "engine/spacetime/constraint_rows.h"
+#include "engine/spacetime/newton_step.h"
+#include "engine/spacetime/row_products.h"
+
+namespace limber::spacetime {
+
+/// The step d and the multipliers m that are due to c alone: H d = J^T m, m = W (c - J d).
+using RowStep = std::function<void(const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m)>;
+
+/// Adds to a step what it leaves of exact rows: J d = residual there, to first order. A penalty W
+/// takes off only s / (s + 1 / W) of a row, s an eigenvalue of J H^-1 J^T, which is little where
+/// rows are stiff. Conjugate gradients on just that map take off the rest.
+/// @param residual   of all rows, not shifted
+/// @param tolerance  of any exact row
+void meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
+                     const Eigen::VectorXd& residual, double tolerance, const RowStep& solve,
+                     Step& step);
+
+}  // namespace limber::spacetime

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/spacetime/problem.h"
+
+namespace limber::spacetime {
+
+/// How a motion goes to poses and leaves them again: the share of each pose in each frame. A pose
+/// moves like one mode of the frequency and the damping that its modes have on average, weighted by
+/// their kinetic energies: lambda = |z|^2 / sum z_k^2 / lambda_k. Its motion is the optimum of
+/// control forces that has the pose in its own frame and none of it in the frames of the others.
+/// Weights are those of the keyframes, so that a soft one has less than 1 in its frame.
+/// @param keyframes  K; @param dynamics  of the first modes of z
+/// @returns K x N
+/// @throws Error{kInvalidArgument} as Solver
+[[nodiscard]] Eigen::MatrixXd pose_shares(const std::vector<KeyframeConstraint>& keyframes,
+                                          const ModeDynamics& dynamics, const Timeline& timeline);
+
+}  // namespace limber::spacetime
