@@ -6,6 +6,8 @@ import sys
 import conversions
 
 READER, OTHER = "engine/scene/formats/a.cpp", "engine/beams/a.cpp"
+OWN = "engine/session/linkages/live_design.cpp"
+assert conversions.own_of(OWN) == {"middle"}
 FAULTS = [
     (OTHER, "const int port = std::stoi(text);"),
     (OTHER, "auto n = std::stoull(text);"),
@@ -30,10 +32,27 @@ FAULTS = [
     ("clients/cli/a.cpp", "const int count = static_cast<int>(number);"),
     ("clients/cli/linkages/a.cpp", "if (number == static_cast<unsigned>(number)) return {};"),
     ("clients/cpp/a.cpp", "grid.set_columns(static_cast<std::uint32_t>(columns));"),
+    ("server/store/a.cpp", "const auto kind = static_cast<int>(row.number(2));"),
+    ("server/store/a.cpp", "page = static_cast<std::uint32_t>(statement.number(0));"),
+    ("server/store/a.cpp", "return sqlite3_column_int(statement_.get(), column);"),
+    ("engine/session/bodies/a.cpp", "const int frame = static_cast<int>(edit.frame);"),
+    ("engine/session/bodies/a.cpp", "return static_cast<int>(middle);"),  # another file's own
+    (READER, "mesh.tets = numbers.cast<int>();"),
+    (READER, "mesh.tets = numbers.template cast<std::int32_t>();"),
+    (READER, "mesh.tets = numbers\n    .cast< Eigen::Index >();"),
+    ("server/wire/arrays.cpp", "return map->cast<unsigned short>();"),
+    ("server/wire/arrays.cpp", "return map.template cast<Number>();"),
+    ("engine/session/linkages/a.cpp", "joints = values.cast<int>();"),
+    (OWN, ""),  # what is named is gone
 ]
 ALLOWED = [
     (conversions.CHECKED, "std::from_chars(text.data(), end, value);"),
     (OTHER, "place[k] = static_cast<int>(row);"),  # reads nothing
+    (OTHER, "cells_ = count.cast<int>();"),
+    (OWN, "return static_cast<int>(middle);"),
+    ("server/store/a.cpp", "return static_cast<std::uint64_t>(sqlite3_column_int64(statement_.get(), column));"),
+    ("engine/session/bodies/a.cpp", "result = positions.cast<float>() + rest.template cast<double>();"),
+    ("server/wire/frames.cpp", "scale = extent.template cast<Number>();"),
     ("server/kinds/bodies/a.cpp", "info.set_modes(static_cast<std::uint32_t>(choice.modes));"),
     ("clients/cli/a.cpp", "const bool is = std::isdigit(static_cast<unsigned char>(text[0])) != 0;"),
     (READER, "// static_cast<int>(value) would cut off\n"),

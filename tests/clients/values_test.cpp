@@ -161,6 +161,16 @@ TEST(SceneFiles, BaseMotionsAreUploaded) {
             "base_motion.vtu_series.paths[1]");
 }
 
+// A regular expression over it ended the client on its stack.
+TEST(SceneFiles, ATagOfAMillionCharactersIsRead) {
+  const limber::TemporaryFolder folder;
+  write_bytes(folder.path() / "c.vtu", "second");
+  write_bytes(folder.path() / "m.pvd", "<VTKFile><DataSet group=\"" + std::string(1'000'000, 'x') +
+                                           "\" file=\"c.vtu\"/><DataSet");
+  write_bytes(folder.path() / "s.json", R"({"base_motion": {"path": "m.pvd"}})");
+  EXPECT_EQ(load_scene(folder.path() / "s.json").base_motion().vtu_series().files_size(), 1);
+}
+
 TEST(SceneFiles, PaintedStiffnessIsUploaded) {
   const limber::TemporaryFolder folder;
   write_bytes(folder.path() / "f" / "a.txt", "1 2 3");

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <regex>
+#include <pugixml.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,23 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string without_entities(std::string text) {
-  constexpr std::pair<const char*, const char*> kEntities[] = {
-      {"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}};
-  for (const auto& [entity, character] : kEntities) {
-    const std::string name = entity;
-    for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at + 1))
-      text.replace(at, name.size(), character);
-  }
-  return text;
-}
-
-/// Files that a .pvd names, to be sent along; what it says of them is the server's to read.
+/// Files that a .pvd names, to be sent along; what it says of them is the server's to read, and to
+/// refuse.
 std::vector<std::string> names_in(const std::string& pvd) {
-  static const std::regex kFile(R"re(<DataSet\b[^>]*?\bfile\s*=\s*("([^"]*)"|'([^']*)'))re");
+  pugi::xml_document document;
+  document.load_buffer(pvd.data(), pvd.size());
   std::vector<std::string> names;
-  for (std::sregex_iterator at(pvd.begin(), pvd.end(), kFile), end; at != end; ++at) {
-    const std::string name = without_entities((*at)[2].matched ? (*at)[2].str() : (*at)[3].str());
+  for (const auto& match : document.select_nodes("//DataSet[@file]")) {
+    const std::string name = match.node().attribute("file").value();
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   return names;

@@ -108,6 +108,7 @@ class StartComparison:
     highest_energy: float
     largest_distance: float  # of a node between the shown motion and another one [length unit]
     budget: int              # starts that are allowed
+    unconverged: int = 0     # of the compared ones, without convergence: no optima
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ class Result:
 
 def _starts(message: "service.StartComparison") -> StartComparison:
     return StartComparison(message.compared, message.optima, message.lowest_energy, message.highest_energy,
-                           message.largest_distance, message.budget)
+                           message.largest_distance, message.budget, message.unconverged)
 
 
 def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:

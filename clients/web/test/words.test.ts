@@ -61,8 +61,11 @@ test("targets out of reach are told with what is left, the worst first", () => {
 });
 
 test("starts are told with their number, their optima and how far apart they are", () => {
-  const of = (optima: number) =>
-    create(ResultInfoSchema, { converged: true, starts: { compared: 5, optima, largestDistance: 0.3141, budget: 7 } });
+  const of = (optima: number, unconverged = 0) =>
+    create(ResultInfoSchema, {
+      converged: true,
+      starts: { compared: 5, optima, unconverged, largestDistance: 0.3141, budget: 7 },
+    });
   assert.equal(describeStarts(create(ResultInfoSchema, {}), "m"), null);
   assert.deepEqual(describeStarts(of(1), "m"), {
     tone: "good",
@@ -75,6 +78,10 @@ test("starts are told with their number, their optima and how far apart they are
   assert.deepEqual(describeStarts(of(0), "m"), {
     tone: "warning",
     text: "5 starts compared: none converged, up to 0.314 m apart",
+  });
+  assert.deepEqual(describeStarts(of(1, 4), "m"), {
+    tone: "warning",
+    text: "5 starts compared: one optimum, 4 not converged, up to 0.314 m apart",
   });
 });
 

@@ -110,6 +110,7 @@ proto::ResultInfo encode_result(const session::BodyResult& result, double length
     starts.set_highest_energy(result.starts->highest_energy);
     starts.set_largest_distance(result.starts->largest_distance / length_unit);
     starts.set_budget(static_cast<std::uint32_t>(result.starts->budget));
+    starts.set_unconverged(static_cast<std::uint32_t>(result.starts->unconverged));
   }
   if (result.high_frequency_share) info.set_high_frequency_share(*result.high_frequency_share);
   if (result.motion_check)

@@ -106,10 +106,11 @@ export function describeReach(result: ResultInfo, unit: string): Line | null {
 export function describeStarts(result: ResultInfo, unit: string): Line | null {
   const { starts } = result;
   if (!starts || result.solveFailed) return null;
-  const { compared, optima, largestDistance } = starts;
+  const { compared, optima, unconverged, largestDistance } = starts;
   const found = optima === 0 ? "none converged" : optima === 1 ? "one optimum" : `${optima} optima`;
-  const text = `${compared} starts compared: ${found}, up to ${number(largestDistance)} ${unit} apart`;
-  return { tone: optima === 1 ? "good" : "warning", text };
+  const others = optima > 0 && unconverged > 0 ? `, ${unconverged} not converged` : "";
+  const text = `${compared} starts compared: ${found}${others}, up to ${number(largestDistance)} ${unit} apart`;
+  return { tone: optima === 1 && !others ? "good" : "warning", text };
 }
 
 /** How near the shown result is to the exact one, as far as it was checked. */

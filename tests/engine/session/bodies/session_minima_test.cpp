@@ -109,6 +109,57 @@ TEST(SessionMinima, FurtherStartsFindTheLowerOptimumWithoutEdits) {
   EXPECT_NEAR(energies[0], energies[1], 1e-9 * energies[0]) << "the same in every session";
 }
 
+/// The nodes that lie farthest out, each far from those before it.
+std::vector<int> ends_of_limbs(const scene::Scene& scene, int count) {
+  const Eigen::Matrix3Xd& nodes = scene.mesh.nodes;
+  Eigen::VectorXd away =
+      Eigen::VectorXd::Constant(nodes.cols(), std::numeric_limits<double>::infinity());
+  for (const int node : scene.fixed_nodes)
+    away = away.cwiseMin((nodes.colwise() - nodes.col(node)).colwise().norm().transpose());
+  std::vector<int> ends;
+  for (int i = 0; i < count; ++i) {
+    Eigen::Index next = 0;
+    away.maxCoeff(&next);
+    ends.push_back(static_cast<int>(next));
+    away = away.cwiseMin((nodes.colwise() - nodes.col(next)).colwise().norm().transpose());
+  }
+  return ends;
+}
+
+// What is shown in the end does not depend on luck: no order of edits ends lower.
+TEST(SessionMinima, OfFourFarTargetsTheShownMotionIsNotAboveThoseOfSeveralOrdersOfEdits) {
+  scene::Scene scene = scene::make_sample("bird");
+  scene.constraints.clear();
+  const double length =
+      (scene.mesh.nodes.rowwise().maxCoeff() - scene.mesh.nodes.rowwise().minCoeff()).norm();
+  constexpr double kShare = 0.25;  // of the diagonal
+  const std::vector<int> ends = ends_of_limbs(scene, 4);
+  std::vector<scene::Constraint> targets;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const double side = i % 2 == 0 ? 1 : -1;
+    auto target = held(30 + 20 * static_cast<int>(i), ends[i],
+                       kShare * length * Eigen::Vector3d(0.3 * side, 0.5, 0.8 * side).normalized());
+    target.weight = test::kInfinity;
+    targets.push_back(target);
+  }
+  SessionOptions options;
+  options.start_search = StartSearchOptions{};
+  scene::Scene whole = scene;
+  whole.constraints = targets;
+  Live live(whole, options);
+  const auto shown = wait_compared(live, 0);
+  ASSERT_TRUE(shown && shown->starts);
+  EXPECT_GE(shown->starts->compared, 5);
+  for (const auto& order : {std::vector<int>{0, 1, 2, 3}, {3, 2, 1, 0}}) {
+    Live edited(scene);
+    std::shared_ptr<const BodyResult> last;
+    for (const int i : order)
+      last = edited.edit({AddConstraint{targets[static_cast<std::size_t>(i)]}});
+    ASSERT_TRUE(last);
+    EXPECT_LE(shown->report.total_energy, 1.001 * last->report.total_energy);
+  }
+}
+
 TEST(SessionMinima, StartsThatAgreeAreCountedAndChangeNothing) {
   SessionOptions options;
   options.start_search = StartSearchOptions{};
