@@ -10,12 +10,15 @@ namespace {
 
 using Eigen::Index;
 
-// Below it a share moves nothing that is seen: a rest is a body length at most.
+// Below it a share moves nothing that is seen: rests are some radians.
 constexpr double kLeastShare = 1e-7;
 
 double square(double share) { return share * share; }
 
-bool acts(const AddedPose& pose, int frame) { return std::abs(pose.share[frame]) > kLeastShare; }
+bool acts(const AddedPose& pose, int frame) {
+  LIMBER_DEMAND(frame >= 0 && frame < pose.share.size());
+  return std::abs(pose.share[frame]) > kLeastShare;
+}
 
 /// Entries of the model's tets.
 Eigen::VectorXd at_cubature(const ReducedModel& model, const Eigen::VectorXf& coordinates) {
@@ -48,7 +51,6 @@ bool AddedPoses::act_in(int frame) const {
 
 void AddedPoses::add_to(int frame, Eigen::Ref<Eigen::VectorXd> y) const {
   for (const AddedPose& pose : poses_) {
-    LIMBER_DEMAND(frame >= 0 && frame < pose.share.size());
     if (acts(pose, frame)) y += pose.share[frame] * pose.rest->coordinates.cast<double>();
   }
 }
@@ -78,18 +80,23 @@ BaseMotion with_poses(const ReducedModel& model, const BaseMotion* base, const A
     result.rs.setZero(kRsSize * Index{model.cubature_size()}, frames);
     result.direct.setZero(model.basis_size(), frames);
   }
-  for (const AddedPose& pose : added.poses()) {
-    const Eigen::VectorXd rest = at_cubature(model, pose.rest->coordinates);
-    Eigen::VectorXd y = model.rs_modes * pose.modal + rest;
-    Eigen::VectorXd missed = pose.rest->shown - model.direct * pose.modal;
+  const auto count = static_cast<Index>(added.poses().size());
+  Eigen::MatrixXd rests(result.rs.rows(), count), missed(result.direct.rows(), count);
+  Eigen::MatrixXd shares(count, result.rs.cols());
+  for (Index k = 0; k < count; ++k) {
+    const AddedPose& pose = added.poses()[static_cast<std::size_t>(k)];
+    rests.col(k) = at_cubature(model, pose.rest->coordinates);
+    shares.row(k) = pose.share;
+    Eigen::VectorXd y = model.rs_modes * pose.modal + rests.col(k);
+    missed.col(k) = pose.rest->shown - model.direct * pose.modal;
     if (base != nullptr) {
       y += base->rs.col(pose.frame);
-      missed -= base->direct.col(pose.frame);
+      missed.col(k) -= base->direct.col(pose.frame);
     }
-    missed -= mapped(model, y);
-    result.rs.noalias() += rest * pose.share.transpose();
-    result.direct.noalias() += missed * pose.share.transpose();
+    missed.col(k) -= mapped(model, y);
   }
+  result.rs.noalias() += rests * shares;
+  result.direct.noalias() += missed * shares;
   return result;
 }
 

@@ -22,10 +22,12 @@ struct AddedPose {
   int frame = 0;          // of the motion
   Eigen::VectorXd modal;  // z-bar there, R
   Eigen::VectorXd share;  // of the rest that each frame takes, N; 1 in its own frame
+
+  bool operator==(const AddedPose&) const = default;
 };
 
-/// y = y_base + Q W-hat z + sum of shares of rests; to the displacements of that the parts beyond
-/// RS coordinates are added with the square of their shares, as those are right in the pose alone.
+/// y = y_base + Q W-hat z + sum of shares of rests. Parts beyond RS coordinates are added to the
+/// displacements, with the squares of the shares: they are right in the pose alone.
 class AddedPoses {
  public:
   explicit AddedPoses(std::vector<AddedPose> poses) : poses_(std::move(poses)) {}

@@ -6,16 +6,19 @@ namespace {
 constexpr int kMaxRounds = 100;
 /// Rows of which a step takes off less than this depend on others.
 constexpr double kLeastTaken = 1e-8;
+/// What may be left in the end, of what was there.
+constexpr double kMostLeft = 0.5;
 
 }  // namespace
 
-void meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
+bool meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
                      const Eigen::VectorXd& residual, double tolerance, const RowStep& solve,
                      Step& step) {
   const auto keep_exact = [&](Eigen::VectorXd& values) {
     for (int row = 0; row < rows.count(); ++row)
       if (!rows.exact(row)) values[row] = 0;
   };
+  const Step before = step;
   Eigen::VectorXd taken, m;
   Lanes d;
   products.multiply(step.d, taken);
@@ -23,12 +26,13 @@ void meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
   keep_exact(left);
   Eigen::VectorXd search = left;
   double square = left.squaredNorm();
+  const double first = square;
   for (int round = 0; round < kMaxRounds && left.cwiseAbs().maxCoeff() > tolerance; ++round) {
     solve(search, d, m);
     products.multiply(d, taken);
     keep_exact(taken);
     const double bend = search.dot(taken);
-    if (!(bend > kLeastTaken * search.squaredNorm())) return;
+    if (!(bend > kLeastTaken * search.squaredNorm())) break;
     const double alpha = square / bend;
     step.d += alpha * d;
     step.m += alpha * m;
@@ -37,6 +41,9 @@ void meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
     search = left + next / square * search;
     square = next;
   }
+  if (square < kMostLeft * kMostLeft * first && step.m.allFinite()) return true;
+  step = before;
+  return false;
 }
 
 }  // namespace limber::spacetime

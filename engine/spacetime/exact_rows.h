@@ -17,8 +17,10 @@ using RowStep = std::function<void(const Eigen::VectorXd& c, Lanes& d, Eigen::Ve
 /// rows are stiff. Conjugate gradients on just that map take off the rest.
 /// @param residual   of all rows, not shifted
 /// @param tolerance  of any exact row
-void meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
-                     const Eigen::VectorXd& residual, double tolerance, const RowStep& solve,
-                     Step& step);
+/// @returns false where rows depend on or contradict each other, so that little is taken off; the
+/// step is as before then
+[[nodiscard]] bool meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
+                                   const Eigen::VectorXd& residual, double tolerance,
+                                   const RowStep& solve, Step& step);
 
 }  // namespace limber::spacetime

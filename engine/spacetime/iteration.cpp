@@ -34,12 +34,17 @@ double Optimizer::take() {
   double taken = 1;
   if (step_.decrement2 <= kRounding * merit(z_, state_)) {
     // The merit cannot tell any more; the decrement can.
-    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return 0;
+    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) {
+      give_back_multipliers();
+      return 0;
+    }
     lost_ = step_.decrement2;
     trial_ = z_ + step_.d;
     evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
+    give_back_multipliers();
   } else {
     const Search found = search(step_, ConstraintRows::Jacobian::kYes);
+    give_back_multipliers();  // accept() takes as much of the new ones as of the step
     if (full_model() && !chord_) guard_.judge(found.gain, found.taken);
     if (found.taken == 0) return 0;
     taken = found.taken;
@@ -76,6 +81,7 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
     }
     return Outcome::kConverged;
   }
+  const double decrement = std::sqrt(step_.decrement2);
   if (exact_slow_ && guard_.shift() == 0 && course.gradient < kNearGradient &&
       max_exact(state_.residual) < kNearTarget)
     meet_exact();
@@ -88,7 +94,6 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
     course.ramped = true;
     return Outcome::kAgain;
   }
-  const double decrement = std::sqrt(step_.decrement2);
   chord_ = newton_kind && guard_.shift() == 0 && taken == 1 && course.gradient < 0.1 &&
            course.previous > 0 && decrement < kChordRate * course.previous;
   if (!course.newton && course.previous > 0 && !quadratic()) {
@@ -133,40 +138,43 @@ void Optimizer::weigh_exact_rows(Course& course) {
 
 void Optimizer::meet_exact() {
   const Step before = step_;
-  const double tolerance = kExactLeft * options_.constraint_tolerance;
+  RowStep solve;
   if (step_kind_ == StepKind::kNewton) {
-    meet_exact_rows(
-        rows_, products(), state_.residual, tolerance,
-        [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
-          m = rows_.weight().cwiseProduct(c);
-          d.setZero(z_.rows(), z_.cols());
-          products().add_transposed(m, d);
-          newton_.solve(d);
-          products().multiply(d, along_);
-          m -= rows_.weight().cwiseProduct(along_);
-        },
-        step_);
+    solve = [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+      m = rows_.weight().cwiseProduct(c);
+      d.setZero(z_.rows(), z_.cols());
+      products().add_transposed(m, d);
+      newton_.solve(d);
+      products().multiply(d, along_);
+      m -= rows_.weight().cwiseProduct(along_);
+    };
   } else if (step_kind_ == StepKind::kGaussNewton) {
-    meet_exact_rows(
-        rows_, products(), state_.residual, tolerance,
-        [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
-          product_.setZero(z_.rows(), z_.cols());
-          space_.saddle(systems_, rows_, product_, c, d, m);
-        },
-        step_);
+    solve = [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+      product_.setZero(z_.rows(), z_.cols());
+      space_.saddle(systems_, rows_, product_, c, d, m);
+    };
   } else {
     return;
   }
+  if (!meet_exact_rows(rows_, products(), state_.residual,
+                       kExactLeft * options_.constraint_tolerance, solve, step_))
+    return;
   // With the multipliers as they were the merit is least where the rows are: it has to know first.
-  const Eigen::VectorXd multiplier = rows_.multiplier();
+  multiplier_before_ = rows_.multiplier();
   rows_.set_multipliers(step_.m);
   rows_.shifted(state_.residual, shifted_);
   descend();
   step_.decrement2 = lane_dot(descent_, step_.d);
   if (step_.decrement2 > 0) return;
-  rows_.set_multipliers(multiplier);
+  give_back_multipliers();
   rows_.shifted(state_.residual, shifted_);
   step_ = before;
+}
+
+void Optimizer::give_back_multipliers() {
+  if (multiplier_before_.size() == 0) return;
+  rows_.set_multipliers(multiplier_before_);
+  multiplier_before_.resize(0);
 }
 
 Optimizer::Outcome Optimizer::step_on(Course& course) {

@@ -125,6 +125,7 @@ class Optimizer {
   void weigh_exact_rows(Course& course);
   /// step_ with all of what exact rows are off by.
   void meet_exact();
+  void give_back_multipliers();
   /// A cold start beside the present answer; the better of the two stays (see NOTATION.md).
   /// `on_improved` hears of the present answer meanwhile and may stop it.
   SolveReport challenge(const JobContext& job,
@@ -164,7 +165,8 @@ class Optimizer {
       candidate_;
   mutable Lanes knots_z_;
   RowState trial_state_, candidate_state_;
-  Eigen::VectorXd shifted_, multiplier_, along_, promised_, surprise_, no_rows_, multiplier_left_;
+  Eigen::VectorXd shifted_, multiplier_, along_, promised_, surprise_, no_rows_, multiplier_left_,
+      multiplier_before_;  // the last of exact rows that meet_exact() has changed; empty: none
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
   /// The answer may lie in the valley of a worse minimum: the set of constraints, ends or dynamics

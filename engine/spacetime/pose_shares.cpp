@@ -28,48 +28,42 @@ class NoSites final : public reduced::Kinematics {
   int modes_;
 };
 
-/// Sets mode k of `all` to the mean of the pose's modes.
-void set_mean_mode(const Eigen::VectorXd& pose, const ModeDynamics& modes, Index k,
-                   ModeDynamics& all) {
+/// The mean of the pose's modes.
+ModeDynamics mean_mode(const Eigen::VectorXd& pose, const ModeDynamics& modes) {
   double energy = 0, kinetic = 0, damping = 0;
-  for (Index i = 0; i < modes.stiffness.size(); ++i) {
+  Index lowest = modes.stiffness.size() - 1;  // of a pose that modes show nothing of
+  for (Index i = lowest; i >= 0; --i) {
     if (!(modes.stiffness[i] > 0)) continue;
+    lowest = i;
     const double square = pose[i] * pose[i], share = square / modes.stiffness[i];
     energy += square;
     kinetic += share;
     damping += modes.damping[i] * share;
   }
-  Index lowest = modes.stiffness.size() - 1;  // of a pose that modes show nothing of
-  for (Index i = lowest; i >= 0; --i)
-    if (modes.stiffness[i] > 0) lowest = i;
-  all.stiffness[k] = kinetic > 0 ? energy / kinetic : modes.stiffness[lowest];
-  all.damping[k] = kinetic > 0 ? damping / kinetic : modes.damping[lowest];
+  ModeDynamics mean = modes;
+  mean.stiffness.setConstant(1, kinetic > 0 ? energy / kinetic : modes.stiffness[lowest]);
+  mean.damping.setConstant(1, kinetic > 0 ? damping / kinetic : modes.damping[lowest]);
+  return mean;
 }
 
 }  // namespace
 
-Eigen::MatrixXd pose_shares(const std::vector<KeyframeConstraint>& keyframes,
-                            const ModeDynamics& dynamics, const Timeline& timeline) {
-  const auto count = static_cast<Index>(keyframes.size());
-  if (count == 0) return {};
-  ModeDynamics means = dynamics;
-  means.stiffness.resize(count);
-  means.damping.resize(count);
-  Eigen::VectorXd sizes(count);
-  for (Index k = 0; k < count; ++k) {
-    const Eigen::VectorXd& pose = keyframes[static_cast<std::size_t>(k)].coordinates;
-    set_mean_mode(pose, dynamics, k, means);
-    sizes[k] = pose.norm() > 0 ? pose.norm() : 1;
-  }
-  Solver solver(std::make_shared<const NoSites>(static_cast<int>(count)), std::move(means),
-                timeline);
-  for (Index k = 0; k < count; ++k) {
-    KeyframeConstraint alone = keyframes[static_cast<std::size_t>(k)];
-    alone.coordinates = sizes[k] * Eigen::VectorXd::Unit(count, k);
+Eigen::VectorXd pose_share(std::size_t pose, const std::vector<KeyframeConstraint>& keyframes,
+                           const ModeDynamics& dynamics, const Timeline& timeline) {
+  const Eigen::VectorXd& own = keyframes.at(pose).coordinates;
+  const double size = own.norm() > 0 ? own.norm() : 1;
+  Solver solver(std::make_shared<const NoSites>(1), mean_mode(own, dynamics), timeline);
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    KeyframeConstraint alone = keyframes[k];
+    alone.coordinates = Eigen::VectorXd::Constant(1, k == pose ? size : 0);
     solver.add_keyframe(alone);
   }
   solver.solve();
-  return sizes.cwiseInverse().asDiagonal() * solver.motion();
+  if (!solver.motion().allFinite()) {
+    throw Error(ErrorCode::kNumerical, "keyframes",
+                "the way to the keyframe's pose has numbers that are not finite");
+  }
+  return solver.motion().row(0).transpose() / size;
 }
 
 }  // namespace limber::spacetime

@@ -1,21 +1,23 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "engine/spacetime/problem.h"
 
 namespace limber::spacetime {
 
-/// How a motion goes to poses and leaves them again: the share of each pose in each frame. A pose
-/// moves like one mode of the frequency and the damping that its modes have on average, weighted by
-/// their kinetic energies: lambda = |z|^2 / sum z_k^2 / lambda_k. Its motion is the optimum of
+/// How a motion goes to a pose and leaves it again: its share of the pose in each frame. A pose
+/// moves like one mode, of the frequency and the damping that its modes have on average, weighted
+/// by their kinetic energies: lambda = |z|^2 / sum z_k^2 / lambda_k. Its motion is the optimum of
 /// control forces that has the pose in its own frame and none of it in the frames of the others.
 /// Weights are those of the keyframes, so that a soft one has less than 1 in its frame.
-/// @param keyframes  K; @param dynamics  of the first modes of z
-/// @returns K x N
-/// @throws Error{kInvalidArgument} as Solver
-[[nodiscard]] Eigen::MatrixXd pose_shares(const std::vector<KeyframeConstraint>& keyframes,
-                                          const ModeDynamics& dynamics, const Timeline& timeline);
+/// @param pose  index into keyframes; @param dynamics  of the first modes of z
+/// @returns N
+/// @throws Error{kInvalidArgument} as Solver, Error{kNumerical} for a share that is not finite
+[[nodiscard]] Eigen::VectorXd pose_share(std::size_t pose,
+                                         const std::vector<KeyframeConstraint>& keyframes,
+                                         const ModeDynamics& dynamics, const Timeline& timeline);
 
 }  // namespace limber::spacetime

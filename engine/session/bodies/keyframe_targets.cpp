@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -21,6 +22,7 @@ constexpr double kPoorShare = 0.02;  // body lengths
 // Of the model's tolerance: root mean square of what modes may leave of a pose's rotations [rad]
 // and strains. A body that is off by so much everywhere is off by less than that in body lengths.
 constexpr double kShownShare = 0.1;
+constexpr std::size_t kPosesAtOnce = 8;  // what modes leave of them takes memory
 
 reduced::ProjectionOptions projection_options() {
   reduced::ProjectionOptions options;
@@ -82,7 +84,9 @@ std::vector<KeyframeTargets::Projected> KeyframeTargets::project_poses(
   std::vector<Projected> projected;
   for (std::size_t k = 0; k < ordered.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    if (!projection.z.col(column).allFinite()) refuse_keyframe(ordered[k], "they are not finite");
+    if (!projection.z.col(column).allFinite() || !projection.rest.col(column).allFinite() ||
+        (projection.beyond.size() > 0 && !projection.beyond.col(column).allFinite()))
+      refuse_keyframe(ordered[k], "they are not finite");
     projected.push_back({projection.z.col(column), nullptr});
     const bool is_beyond = projection.beyond.size() > 0 && !projection.beyond.col(column).isZero(0);
     if (!is_beyond && !(projection.rest_size[column] > kShownShare * scene_.model.tolerance))
@@ -96,14 +100,20 @@ std::vector<KeyframeTargets::Projected> KeyframeTargets::project_poses(
 }
 
 void KeyframeTargets::project_unknown(const std::vector<Keyframe>& ordered) {
-  std::erase_if(known_, [](const auto& entry) { return entry.first.pose.expired(); });
+  std::set<Place> present;
+  for (const Keyframe& keyframe : ordered) present.insert(place(keyframe));
+  std::erase_if(known_, [&](const auto& entry) { return !present.contains(entry.first); });
   std::vector<Keyframe> unknown;
   for (const Keyframe& keyframe : ordered)
     if (!known_.contains(place(keyframe))) unknown.push_back(keyframe);
   if (unknown.empty()) return;
-  std::vector<Projected> projected = project_poses(unknown);
-  for (std::size_t k = 0; k < unknown.size(); ++k)
-    known_[place(unknown[k])] = std::move(projected[k]);
+  for (std::size_t first = 0; first < unknown.size(); first += kPosesAtOnce) {
+    const auto end = std::min(first + kPosesAtOnce, unknown.size());
+    const std::vector<Keyframe> some(unknown.begin() + static_cast<std::ptrdiff_t>(first),
+                                     unknown.begin() + static_cast<std::ptrdiff_t>(end));
+    std::vector<Projected> projected = project_poses(some);
+    for (std::size_t k = 0; k < some.size(); ++k) known_[place(some[k])] = std::move(projected[k]);
+  }
 }
 
 std::vector<KeyframeTarget> KeyframeTargets::project(const std::vector<Keyframe>& keyframes) {

@@ -37,8 +37,7 @@ class KeyframeTargets {
   ~KeyframeTargets();
 
   /// All of them together: how a free body's pose is wound follows from the pose before. Poses of a
-  /// held body stand alone: those that have been projected before and still exist are not projected
-  /// again.
+  /// held body stand alone: those that were there in the call before are not projected again.
   /// @returns in the order of frames
   /// @throws Error naming the keyframe whose pose has no modal coordinates
   [[nodiscard]] std::vector<KeyframeTarget> project(const std::vector<scene::Keyframe>& keyframes);

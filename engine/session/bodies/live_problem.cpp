@@ -105,10 +105,10 @@ void LiveProblem::apply(const EditBatch& batch) {
   }
   if (base_ && (batch.dynamics || batch.ends || batch.material)) solver_->set_load(load());
   if (batch.keyframes) set_keyframes(*batch.keyframes);
-  if (batch.keyframes || ((batch.ends || batch.dynamics) && added_)) {
-    const auto before = added_;
-    set_added();
-    if (before != added_) solver_->warm_start(solver_->motion(), spacetime::Known::kGuess);
+  const bool may_move_poses = batch.keyframes || ((batch.ends || batch.dynamics) && added_);
+  if (may_move_poses && set_added()) {
+    set_shift(nullptr);  // of shapes without these poses
+    solver_->warm_start(solver_->motion(), spacetime::Known::kGuess);
   }
   if (mostly_unused_sites()) shed_sites();
 }
@@ -401,28 +401,25 @@ void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
   keyframes_ = std::move(keyframes);
 }
 
-void LiveProblem::set_added() {
+/// @returns whether they are other ones than before
+bool LiveProblem::set_added() {
   std::vector<spacetime::KeyframeConstraint> keyframes;
-  for (const auto& [id, target] : projected_) keyframes.push_back(target.constraint);
-  const bool is_any = std::any_of(projected_.begin(), projected_.end(),
-                                  [](const auto& one) { return one.second.rest != nullptr; });
-  if (!is_any) {
-    if (std::exchange(added_, nullptr)) kinematics_->set_added(nullptr);
-    return;
-  }
-  const Eigen::MatrixXd shares =
-      spacetime::pose_shares(keyframes, initial_->dynamics, solver_->timeline());
-  std::vector<reduced::AddedPose> poses;
-  Eigen::Index k = 0;
+  std::vector<std::shared_ptr<const reduced::PoseRest>> rests;
   for (const auto& [id, target] : projected_) {
-    if (target.rest) {
-      poses.push_back(
-          {target.rest, target.constraint.frame, target.constraint.coordinates, shares.row(k)});
-    }
-    ++k;
+    keyframes.push_back(target.constraint);
+    rests.push_back(target.rest);
   }
-  added_ = std::make_shared<const reduced::AddedPoses>(std::move(poses));
+  std::vector<reduced::AddedPose> poses;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    if (!rests[k]) continue;
+    poses.push_back({rests[k], keyframes[k].frame, keyframes[k].coordinates, {}});
+    poses.back().share =
+        spacetime::pose_share(k, keyframes, initial_->dynamics, solver_->timeline());
+  }
+  if (added_ ? added_->poses() == poses : poses.empty()) return false;
+  added_ = poses.empty() ? nullptr : std::make_shared<const reduced::AddedPoses>(std::move(poses));
   kinematics_->set_added(added_);
+  return true;
 }
 
 void LiveProblem::make_solver(const spacetime::Timeline& timeline) {

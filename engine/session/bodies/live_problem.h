@@ -157,7 +157,7 @@ class LiveProblem {
   void set_timed();
   void set_keyframes(std::vector<scene::Keyframe> keyframes);
   /// From projected_, the timeline and the dynamics of the scene.
-  void set_added();
+  bool set_added();
   void note_site(int site, std::size_t nodes);
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);

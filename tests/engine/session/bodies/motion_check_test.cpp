@@ -109,13 +109,15 @@ class Literal {
     const std::vector<KeyframeTarget> targets = projection.project(scene.keyframes);
     std::vector<spacetime::KeyframeConstraint> keyframes;
     for (const KeyframeTarget& target : targets) keyframes.push_back(target.constraint);
-    const Eigen::MatrixXd shares = spacetime::pose_shares(
-        keyframes, result.material->dynamics,
-        {scene.frame_count, map_end(scene.first_end), map_end(scene.last_end)});
+    const spacetime::Timeline timeline{scene.frame_count, map_end(scene.first_end),
+                                       map_end(scene.last_end)};
     for (std::size_t k = 0; k < targets.size(); ++k) {
-      for (std::size_t frame = 0; targets[k].rest && frame < base_rs_.size(); ++frame) {
-        base_rs_[frame] += shares(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(frame)) *
-                           targets[k].rest->coordinates.cast<double>();
+      if (!targets[k].rest) continue;
+      const Eigen::VectorXd share =
+          spacetime::pose_share(k, keyframes, result.material->dynamics, timeline);
+      for (std::size_t frame = 0; frame < base_rs_.size(); ++frame) {
+        base_rs_[frame] +=
+            share[static_cast<Eigen::Index>(frame)] * targets[k].rest->coordinates.cast<double>();
       }
     }
   }

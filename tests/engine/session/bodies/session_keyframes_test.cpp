@@ -227,6 +227,36 @@ TEST(SessionKeyframes, ExactKeyframesOfTwistsOf90To540DegreesAreMet) {
   }
 }
 
+TEST(SessionKeyframes, ATwistFollowsEditsOfEndsAndDynamicsAndUndo) {
+  scene::Scene scene = test::bar(12, 60);
+  scene.dynamics.period_frames = 600;
+  scene.keyframes = {twisted(scene, 25, M_PI), twisted(scene, 31, -0.5 * M_PI)};
+  Live live(scene);
+  const auto first = live.recorder->wait_final(0);
+  ASSERT_TRUE(first);
+  const double tolerance = scene.model.tolerance * 1.2;
+  EXPECT_LT(first->max_keyframe_error, tolerance);
+  scene::DynamicsRequest lively;
+  lively.damping_ratio = 0.05;
+  lively.period_frames = 300;
+  const auto other = live.edit({SetDynamics{lively}});
+  EXPECT_LT(other->max_keyframe_error, tolerance);
+  EXPECT_GT((other->modal - first->modal).norm(), 1e-3 * first->modal.norm());
+  EXPECT_LT(live.edit({SetEnds{scene::End::kCyclic, scene::End::kCyclic}})->max_keyframe_error,
+            tolerance);
+  ASSERT_TRUE(live.edit({Undo{}}));
+  const auto again = live.edit({Undo{}});
+  EXPECT_LT((again->modal - first->modal).norm(), 1e-6 * first->modal.norm());
+  EXPECT_LT((live.session.positions(*again, 0, 60) - live.session.positions(*first, 0, 60))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-3 * 1.2);
+  // A soft one has a part of its pose.
+  const auto soft = live.edit({MoveKeyframe{1, {}, 0.01}});
+  EXPECT_GT(soft->max_keyframe_error, tolerance);
+  EXPECT_EQ(live.recorder->fault(), "");
+}
+
 TEST(SessionKeyframes, ATargetBesideATwistIsMetInShownFrames) {
   scene::Scene scene = test::bar(12, 60);
   scene.dynamics.period_frames = 600;
