@@ -71,6 +71,7 @@ TEST(PoseShares, OfAPoseOfOneModeAreTheMotionOfThatMode) {
 
 TEST(PoseShares, OfFiveHundredKeyframesTakeNoMemoryToSpeakOf) {
   std::vector<KeyframeConstraint> keyframes;
+  keyframes.reserve(500);
   for (int k = 0; k < 500; ++k) keyframes.push_back(keyframe(3 + 4 * k, Eigen::Vector3d(1, k, 0)));
   const Timeline long_line{2100, EndCondition::kFree, EndCondition::kFree};
   const Eigen::VectorXd share = pose_share(250, keyframes, calm(3), long_line);

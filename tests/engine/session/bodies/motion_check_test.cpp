@@ -108,6 +108,7 @@ class Literal {
     KeyframeTargets projection(*session_.unedited(), session_.model());
     const std::vector<KeyframeTarget> targets = projection.project(scene.keyframes);
     std::vector<spacetime::KeyframeConstraint> keyframes;
+    keyframes.reserve(targets.size());
     for (const KeyframeTarget& target : targets) keyframes.push_back(target.constraint);
     const spacetime::Timeline timeline{scene.frame_count, map_end(scene.first_end),
                                        map_end(scene.last_end)};
