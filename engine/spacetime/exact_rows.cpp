@@ -18,7 +18,6 @@ bool meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
     for (int row = 0; row < rows.count(); ++row)
       if (!rows.exact(row)) values[row] = 0;
   };
-  const Step before = step;
   Eigen::VectorXd taken, m;
   Lanes d;
   products.multiply(step.d, taken);
@@ -41,9 +40,7 @@ bool meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
     search = left + next / square * search;
     square = next;
   }
-  if (square < kMostLeft * kMostLeft * first && step.m.allFinite()) return true;
-  step = before;
-  return false;
+  return square < kMostLeft * kMostLeft * first && step.m.allFinite();
 }
 
 }  // namespace limber::spacetime

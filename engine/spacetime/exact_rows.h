@@ -13,12 +13,11 @@ namespace limber::spacetime {
 using RowStep = std::function<void(const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m)>;
 
 /// Adds to a step what it leaves of exact rows: J d = residual there, to first order. A penalty W
-/// takes off only s / (s + 1 / W) of a row, s an eigenvalue of J H^-1 J^T, which is little where
-/// rows are stiff. Conjugate gradients on just that map take off the rest.
+/// takes off s / (s + 1 / W) of a row, s an eigenvalue of J H^-1 J^T. That is little where rows are
+/// stiff. Conjugate gradients on just that map take off the rest.
 /// @param residual   of all rows, not shifted
 /// @param tolerance  of any exact row
-/// @returns false where rows depend on or contradict each other, so that little is taken off; the
-/// step is as before then
+/// @returns false where rows depend on or contradict each other: the step is of no use then
 [[nodiscard]] bool meet_exact_rows(const ConstraintRows& rows, const RowProducts& products,
                                    const Eigen::VectorXd& residual, double tolerance,
                                    const RowStep& solve, Step& step);

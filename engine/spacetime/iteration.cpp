@@ -31,26 +31,24 @@ constexpr double kClearlyBetter = 0.9;
 }  // namespace
 
 double Optimizer::take() {
-  double taken = 1;
+  const double taken = find_trial();
+  give_back_multipliers();  // accept() takes as much of new ones as of the step
+  if (taken > 0) accept(step_, taken);
+  return taken;
+}
+
+double Optimizer::find_trial() {
   if (step_.decrement2 <= kRounding * merit(z_, state_)) {
     // The merit cannot tell any more; the decrement can.
-    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) {
-      give_back_multipliers();
-      return 0;
-    }
+    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return 0;
     lost_ = step_.decrement2;
     trial_ = z_ + step_.d;
     evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
-    give_back_multipliers();
-  } else {
-    const Search found = search(step_, ConstraintRows::Jacobian::kYes);
-    give_back_multipliers();  // accept() takes as much of the new ones as of the step
-    if (full_model() && !chord_) guard_.judge(found.gain, found.taken);
-    if (found.taken == 0) return 0;
-    taken = found.taken;
+    return 1;
   }
-  accept(step_, taken);
-  return taken;
+  const Search found = search(step_, ConstraintRows::Jacobian::kYes);
+  if (full_model() && !chord_) guard_.judge(found.gain, found.taken);
+  return found.taken;
 }
 
 bool Optimizer::newton_pays(double ratio, double gradient) const {
@@ -141,12 +139,8 @@ void Optimizer::meet_exact() {
   RowStep solve;
   if (step_kind_ == StepKind::kNewton) {
     solve = [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
-      m = rows_.weight().cwiseProduct(c);
       d.setZero(z_.rows(), z_.cols());
-      products().add_transposed(m, d);
-      newton_.solve(d);
-      products().multiply(d, along_);
-      m -= rows_.weight().cwiseProduct(along_);
+      newton_.saddle(rows_, products(), c, d, m);
     };
   } else if (step_kind_ == StepKind::kGaussNewton) {
     solve = [&](const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
@@ -157,8 +151,10 @@ void Optimizer::meet_exact() {
     return;
   }
   if (!meet_exact_rows(rows_, products(), state_.residual,
-                       kExactLeft * options_.constraint_tolerance, solve, step_))
+                       kExactLeft * options_.constraint_tolerance, solve, step_)) {
+    step_ = before;
     return;
+  }
   // With the multipliers as they were the merit is least where the rows are: it has to know first.
   multiplier_before_ = rows_.multiplier();
   rows_.set_multipliers(step_.m);

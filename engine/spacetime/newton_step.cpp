@@ -50,22 +50,13 @@ void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& r
   ready_ = true;
 }
 
-void ConstraintSpace::saddle_by_frames(const ModeSystems& systems, const ConstraintRows& rows,
-                                       Lanes& r, const Eigen::VectorXd& c, Lanes& d,
-                                       Eigen::VectorXd& m) {
-  const RowProducts j{systems, rows, jacobian_};
-  m = rows.weight().cwiseProduct(c);
-  j.add_transposed(m, r);
-  d = r;
-  frames_.solve(d);
-  j.multiply(d, along_);
-  m -= rows.weight().cwiseProduct(along_);
-}
-
 void ConstraintSpace::saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
                              const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
-  if (form_ == Form::kFrames) return saddle_by_frames(systems, rows, r, c, d, m);
   const RowProducts j{systems, rows, jacobian_};
+  if (form_ == Form::kFrames) {
+    d = r;
+    return frames_.saddle(rows, j, c, d, m);
+  }
   const Eigen::VectorXd& weight = rows.weight();
   m = weight.cwiseProduct(c);
   j.add_transposed(rows.keyframe_blocks(), m, r);

@@ -66,9 +66,6 @@ class ConstraintSpace {
   [[nodiscard]] double model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,
                                         const Lanes& d);
 
-  void saddle_by_frames(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
-                        const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m);
-
   bool ready_ = false;
   Form form_ = Form::kRows;
   KeyframeSystem keyframes_;

@@ -30,6 +30,15 @@ bool NewtonSystem::factor_first_order(const ModeSystems& systems, const Constrai
   return factor_with(systems, rows, jacobian, [](int, const Eigen::Ref<Eigen::MatrixXd>&) {});
 }
 
+void NewtonSystem::saddle(const ConstraintRows& rows, const RowProducts& products,
+                          const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+  m = rows.weight().cwiseProduct(c);
+  products.add_transposed(m, d);
+  solve(d);
+  products.multiply(d, along_);
+  m -= rows.weight().cwiseProduct(along_);
+}
+
 bool NewtonSystem::factor_with(const ModeSystems& systems, const ConstraintRows& rows,
                                const Lanes& jacobian, const Curve& curve) {
   term_weight_.resize(rows.term_count());

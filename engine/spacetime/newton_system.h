@@ -8,6 +8,7 @@
 #include "engine/spacetime/constraint_rows.h"
 #include "engine/spacetime/mode_systems.h"
 #include "engine/spacetime/newton_guard.h"
+#include "engine/spacetime/row_products.h"
 
 namespace limber::spacetime {
 
@@ -27,6 +28,9 @@ class NewtonSystem {
                                         const Lanes& jacobian);
   /// x <- H^-1 x, lanes x kept.
   void solve(Lanes& x) const { system_.solve(x); }
+  /// H d = r + J^T W c, m = W (c - J d). @param d  r, then d
+  void saddle(const ConstraintRows& rows, const RowProducts& products, const Eigen::VectorXd& c,
+              Lanes& d, Eigen::VectorXd& m);
 
  private:
   /// Adds to the r x r block of a knot.
@@ -38,7 +42,7 @@ class NewtonSystem {
   BlockSystem system_;
   std::vector<BlockSystem::Tie> ties_;
   Eigen::MatrixXd weighted_;
-  Eigen::VectorXd term_weight_;
+  Eigen::VectorXd term_weight_, along_;
 };
 
 }  // namespace limber::spacetime

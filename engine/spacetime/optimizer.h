@@ -111,6 +111,8 @@ class Optimizer {
   [[nodiscard]] RowProducts products() const { return {systems_, rows_, state_.jacobian}; }
   /// Takes step_. @returns the part taken, 0 where none lowers the merit.
   [[nodiscard]] double take();
+  /// trial_ and its rows <- where step_ leads. @returns as take()
+  [[nodiscard]] double find_trial();
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
 
   /// Ends with kImproved where the kinematics throws Error{kCancelled}: what is kept is of the last

@@ -10,22 +10,18 @@ namespace {
 
 using Eigen::Index;
 
-/// Of modes that no place on the body depends on.
+/// Of one mode that no place on the body depends on.
 class NoSites final : public reduced::Kinematics {
  public:
-  explicit NoSites(int modes) : modes_(modes) {}
-  [[nodiscard]] int coordinate_count() const override { return modes_; }
+  [[nodiscard]] int coordinate_count() const override { return 1; }
   [[nodiscard]] double length() const override { return 1; }
   void evaluate(std::span<const int> /*frames*/, const Eigen::Ref<const Eigen::MatrixXd>& /*z*/,
                 std::span<const reduced::SiteQuery> queries, Eigen::Matrix3Xd& u,
                 Eigen::MatrixXd* jacobian) const override {
     LIMBER_DEMAND(queries.empty());
     u.resize(3, 0);
-    if (jacobian != nullptr) jacobian->resize(0, modes_);
+    if (jacobian != nullptr) jacobian->resize(0, 1);
   }
-
- private:
-  int modes_;
 };
 
 /// The mean of the pose's modes.
@@ -52,11 +48,11 @@ Eigen::VectorXd pose_share(std::size_t pose, const std::vector<KeyframeConstrain
                            const ModeDynamics& dynamics, const Timeline& timeline) {
   const Eigen::VectorXd& own = keyframes.at(pose).coordinates;
   const double size = own.norm() > 0 ? own.norm() : 1;
-  Solver solver(std::make_shared<const NoSites>(1), mean_mode(own, dynamics), timeline);
+  Solver solver(std::make_shared<const NoSites>(), mean_mode(own, dynamics), timeline);
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    KeyframeConstraint alone = keyframes[k];
-    alone.coordinates = Eigen::VectorXd::Constant(1, k == pose ? size : 0);
-    solver.add_keyframe(alone);
+    const KeyframeConstraint& of = keyframes[k];
+    solver.add_keyframe(
+        {of.id, of.frame, Eigen::VectorXd::Constant(1, k == pose ? size : 0), of.weight});
   }
   solver.solve();
   if (!solver.motion().allFinite()) {
