@@ -43,6 +43,18 @@ Eigen::MatrixXd cubature_coordinates(const bodies::ElasticBody& body, const Redu
 
 }  // namespace
 
+ReducedModel with_columns(ReducedModel model, const Eigen::Ref<const Eigen::MatrixXd>& columns) {
+  LIMBER_DEMAND(columns.rows() == model.basis.rows());
+  const Eigen::Index before = model.basis.cols(), added = columns.cols();
+  model.basis.conservativeResize(Eigen::NoChange, before + added);
+  model.basis.rightCols(added) = columns;
+  for (Eigen::MatrixXd* of_basis : {&model.map, &model.direct}) {
+    of_basis->conservativeResize(before + added, Eigen::NoChange);
+    of_basis->bottomRows(added).setZero();
+  }
+  return model;
+}
+
 BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& model,
                        const Eigen::Ref<const Eigen::MatrixXd>& displacements,
                        const JobContext& job) {

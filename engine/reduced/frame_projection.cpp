@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -83,40 +84,12 @@ void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
   }
 }
 
-}  // namespace
-
-void FrameProjectionOptions::validate() const {
-  if (!(tolerance > 0 && tolerance < 1))
-    throw Error(ErrorCode::kInvalidArgument, "tolerance", "must be in (0, 1)");
-  if (max_columns < 0) throw Error(ErrorCode::kInvalidArgument, "max_columns", "must be >= 0");
-}
-
-ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
-                               std::span<const int> frames,
-                               const Eigen::Ref<const Eigen::MatrixXd>& modal,
-                               const std::vector<HeldSite>& held,
-                               const FrameProjectionOptions& options, const JobContext& job) {
-  options.validate();
-  const auto count = static_cast<Index>(frames.size());
-  LIMBER_DEMAND(modal.cols() == count && modal.rows() == shapes.model().coordinate_count());
-  LIMBER_DEMAND(basis.rows() == shapes.model().modes.rows());
+/// @param rest  u, 3n x k; @param whole  the square that errors are relative to
+ProjectedFrames projected(Eigen::MatrixXd rest, double whole, const Eigen::MatrixXd& basis,
+                          const std::vector<HeldSite>& held, const FrameProjectionOptions& options,
+                          const JobContext& job) {
+  const Index count = rest.cols();
   ProjectedFrames result;
-  Eigen::MatrixXd rest(basis.rows(), count);  // u, then what the basis misses of it
-  for (Index first = 0; first < count; first += kFramesPerBlock) {
-    const Index n = std::min(kFramesPerBlock, count - first);
-    job.report("shapes", static_cast<double>(first) / static_cast<double>(count));
-    const Eigen::MatrixXd linear = shapes.model().modes * modal.middleCols(first, n);
-    rest.middleCols(first, n) = shapes.displacements(
-        frames.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(n)), linear, job);
-  }
-  // Of a free body displacements count without their mean, as in MotionError.
-  double whole = 0;
-  for (Index i = 0; i < count; ++i) {
-    const auto u = rest.col(i).reshaped(3, rest.rows() / 3);
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    if (shapes.model().rigid_count > 0) mean = u.rowwise().mean();
-    whole += (u.colwise() - mean).squaredNorm();
-  }
   result.coordinates = coordinates_on(basis, rest, job);
   take_off(basis, result.coordinates, rest, job);
   result.columns.resize(basis.rows(), 0);
@@ -153,6 +126,52 @@ ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
   }
   hold_sites(basis, result.columns, rest, held, result.coordinates);
   return result;
+}
+
+}  // namespace
+
+void FrameProjectionOptions::validate() const {
+  if (!(tolerance > 0 && tolerance < 1))
+    throw Error(ErrorCode::kInvalidArgument, "tolerance", "must be in (0, 1)");
+  if (max_columns < 0) throw Error(ErrorCode::kInvalidArgument, "max_columns", "must be >= 0");
+}
+
+ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
+                               std::span<const int> frames,
+                               const Eigen::Ref<const Eigen::MatrixXd>& modal,
+                               const std::vector<HeldSite>& held,
+                               const FrameProjectionOptions& options, const JobContext& job) {
+  options.validate();
+  const auto count = static_cast<Index>(frames.size());
+  LIMBER_DEMAND(modal.cols() == count && modal.rows() == shapes.model().coordinate_count());
+  LIMBER_DEMAND(basis.rows() == shapes.model().modes.rows());
+  Eigen::MatrixXd shown(basis.rows(), count);
+  for (Index first = 0; first < count; first += kFramesPerBlock) {
+    const Index n = std::min(kFramesPerBlock, count - first);
+    job.report("shapes", static_cast<double>(first) / static_cast<double>(count));
+    const Eigen::MatrixXd linear = shapes.model().modes * modal.middleCols(first, n);
+    shown.middleCols(first, n) = shapes.displacements(
+        frames.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(n)), linear, job);
+  }
+  // Of a free body displacements count without their mean, as in MotionError.
+  double whole = 0;
+  for (Index i = 0; i < count; ++i) {
+    const auto u = shown.col(i).reshaped(3, shown.rows() / 3);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    if (shapes.model().rigid_count > 0) mean = u.rowwise().mean();
+    whole += (u.colwise() - mean).squaredNorm();
+  }
+  return projected(std::move(shown), whole, basis, held, options, job);
+}
+
+ProjectedFrames project_displacements(Eigen::MatrixXd displacements, const Eigen::MatrixXd& basis,
+                                      const std::vector<HeldSite>& held,
+                                      const FrameProjectionOptions& options,
+                                      const JobContext& job) {
+  options.validate();
+  LIMBER_DEMAND(displacements.rows() == basis.rows());
+  const double whole = displacements.squaredNorm();
+  return projected(std::move(displacements), whole, basis, held, options, job);
 }
 
 }  // namespace limber::reduced

@@ -48,4 +48,11 @@ struct ProjectedFrames {
                                              const FrameProjectionOptions& options,
                                              const JobContext& job = {});
 
+/// The same of given shapes. @param displacements  3n x k
+[[nodiscard]] ProjectedFrames project_displacements(Eigen::MatrixXd displacements,
+                                                    const Eigen::MatrixXd& basis,
+                                                    const std::vector<HeldSite>& held,
+                                                    const FrameProjectionOptions& options,
+                                                    const JobContext& job = {});
+
 }  // namespace limber::reduced

@@ -116,6 +116,11 @@ struct ReducedModel {
                                              const ModelOptions& options,
                                              const JobContext& job = {});
 
+/// The model whose B has more columns, 3n x c, orthonormal and orthogonal to B: they show what is
+/// added to q alone, since H g(Y z) has nothing in them.
+[[nodiscard]] ReducedModel with_columns(ReducedModel model,
+                                        const Eigen::Ref<const Eigen::MatrixXd>& columns);
+
 /// A base motion in RS coordinates (paper, section 6.1): y = y_base + Y z. Built from an input
 /// animation.
 struct BaseMotion {

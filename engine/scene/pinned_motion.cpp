@@ -2,10 +2,14 @@
 
 #include <Eigen/SVD>
 #include <Eigen/SparseCholesky>
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <set>
 
 #include "engine/base/error.h"
 #include "engine/base/rotations/polar.h"
+#include "engine/scene/pose_rules.h"
 
 namespace limber::scene {
 namespace {
@@ -114,6 +118,46 @@ Eigen::MatrixXd motion_of_pins(const bodies::TetMesh& mesh, const std::vector<in
     motion.col(frame) = all.reshaped();
   }
   return motion;
+}
+
+std::optional<Issue> pins_fault(const Scene& scene,
+                                const Eigen::Ref<const Eigen::MatrixXd>& positions) {
+  constexpr double kMost = 2.5e8;
+  const auto fault = [](std::string message, ErrorCode code = ErrorCode::kInvalidArgument) {
+    return Issue{Issue::Severity::kError, "", std::move(message), code};
+  };
+  const std::vector<int>& pins = scene.fixed_nodes;
+  if (pins.empty()) return fault("the scene has no fixed nodes to animate");
+  if (std::set<int>(pins.begin(), pins.end()).size() != pins.size())
+    return fault("the scene names a fixed node twice");
+  if (positions.rows() != 3 * static_cast<Eigen::Index>(pins.size())) {
+    return fault(fmt::format("has {} nodes, the scene has {} fixed nodes", positions.rows() / 3,
+                             pins.size()));
+  }
+  if (positions.cols() != scene.frame_count) {
+    return fault(
+        fmt::format("has {} frames, the scene has {}", positions.cols(), scene.frame_count));
+  }
+  const int nodes = scene.mesh.node_count();
+  if (3.0 * nodes * scene.frame_count > kMost) {
+    return fault(fmt::format("makes a motion of {} frames of {} nodes; there may be {:g} numbers",
+                             scene.frame_count, nodes, kMost),
+                 ErrorCode::kLimitExceeded);
+  }
+  const double reach = reach_of_poses(scene);
+  const Eigen::VectorXd rest = scene.mesh.nodes(Eigen::all, pins).reshaped();
+  for (Eigen::Index frame = 0; frame < positions.cols(); ++frame) {
+    auto wrong = pose_fault(positions.col(frame) - rest, reach);
+    if (!wrong) continue;
+    wrong->message += fmt::format(" in frame {}", frame);
+    return wrong;
+  }
+  return std::nullopt;
+}
+
+Scene with_pins(Scene scene, const std::shared_ptr<const Eigen::MatrixXd>& positions) {
+  if (positions) scene.base_motion = motion_of_pins(scene.mesh, scene.fixed_nodes, *positions);
+  return scene;
 }
 
 }  // namespace limber::scene

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/bodies/tet_mesh.h"
+#include "engine/scene/scene.h"
 
 namespace limber::scene {
 
@@ -17,5 +20,15 @@ namespace limber::scene {
 [[nodiscard]] Eigen::MatrixXd motion_of_pins(const bodies::TetMesh& mesh,
                                              const std::vector<int>& pins,
                                              const Eigen::Ref<const Eigen::MatrixXd>& positions);
+
+/// What is wrong with paths of a scene's fixed nodes: sizes, numbers, or a motion of more than
+/// 2.5e8 numbers. Nothing: motion_of_pins() takes them, if the mesh is valid.
+/// @param positions  3 fixed nodes x frames [scene unit]
+/// @returns an issue without a field
+[[nodiscard]] std::optional<Issue> pins_fault(const Scene& scene,
+                                              const Eigen::Ref<const Eigen::MatrixXd>& positions);
+
+/// The scene with the base motion of these paths; null: as it is.
+[[nodiscard]] Scene with_pins(Scene scene, const std::shared_ptr<const Eigen::MatrixXd>& positions);
 
 }  // namespace limber::scene

@@ -40,7 +40,12 @@ bool is_discretisation(Discretisation value) {
   return value == Discretisation::kDifferences || value == Discretisation::kSampled;
 }
 
-bool is_force_scale(double scale) { return scale > 0 && std::isfinite(scale); }
+bool are_force_weights(const ModeDynamics& dynamics) {
+  const Eigen::VectorXd& shares = dynamics.shares;
+  const bool is_scale = dynamics.scale > 0 && std::isfinite(dynamics.scale);
+  return is_scale && (shares.size() == 0 || shares.size() == dynamics.stiffness.size()) &&
+         shares.allFinite() && (shares.array() > 0).all();
+}
 
 bool is_smoothing(double tau) { return tau >= 0 && tau <= kLongestSmoothing; }
 
@@ -118,8 +123,8 @@ ForceRows::ForceRows(const ModeDynamics& dynamics, int frame_count, Beginning be
   rest_ = Eigen::VectorXd::Zero(lanes);
   stencil_.resize(lanes, 3);
   beginning_ = Lanes::Zero(lanes, 3);
-  const double root = std::sqrt(dynamics.scale);
   for (Eigen::Index k = 0; k < lanes; ++k) {
+    const double root = std::sqrt(k < modes ? dynamics.force_weight(k) : dynamics.scale);
     const ForceStencil of_mode = k < modes ? force_stencil(dynamics, k) : ForceStencil{1, -1, 1};
     stencil_.row(k) << root * of_mode.before, root * of_mode.centre, root * of_mode.next;
     if (!begins_from_rest() || k >= modes) continue;

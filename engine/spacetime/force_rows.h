@@ -10,7 +10,8 @@ namespace limber::spacetime {
 /// What ModeDynamics may have: one of the enumerators; 0 <= tau <= 1e6; c > 0.
 [[nodiscard]] bool is_discretisation(Discretisation value);
 [[nodiscard]] bool is_smoothing(double tau);
-[[nodiscard]] bool is_force_scale(double scale);
+/// c and the shares, of which there are none or one for each mode.
+[[nodiscard]] bool are_force_weights(const ModeDynamics& dynamics);
 
 /// The force on a mode in frame i: before z_(i-1) + centre z_i + next z_(i+1).
 ///
@@ -77,7 +78,7 @@ enum class Beginning {
   return timeline.is_cyclic() ? Beginning::kCyclic : Beginning::kFromRest;
 }
 
-/// The rows of E_f = 1/2 sum |row z|^2, sqrt(c) in each, alike for all frames but at the ends. A
+/// The rows of E_f = 1/2 sum |row z|^2, sqrt(c w) in each, alike for all frames but at the ends. A
 /// row is named by the first of its frames: row i is coefficient(i, t) z_(i+t), t = 0 .. reach().
 ///
 /// Without smoothing row i is the force in frame i + 1, i = 0 .. N - 3. With smoothing it is own

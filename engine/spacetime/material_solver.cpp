@@ -62,7 +62,7 @@ void validate(const reduced::Kinematics& kinematics, const Timeline& timeline,
   if (bad(dynamics.stiffness) || bad(dynamics.damping))
     refuse_material("material.dynamics", "material.dynamics must be finite and >= 0");
   if (!is_discretisation(dynamics.discretisation) || !is_smoothing(dynamics.smoothing) ||
-      !is_force_scale(dynamics.scale))
+      !are_force_weights(dynamics))
     refuse_material("material.dynamics",
                     "material.dynamics must have a discretisation and a smoothing in [0, 1e6]");
   if (!material.mixing.allFinite())

@@ -27,15 +27,16 @@ struct Forces {
 /// B g as the rows of A have their forces: row i holds those of frames i + 1 and, smoothed, i + 2.
 Eigen::VectorXd smoothed_load(const ForceRows& force_rows, const ForceSmoothing& smoothing,
                               const Timeline& timeline,
-                              const Eigen::Ref<const Eigen::MatrixXd>& load, int row, double root) {
+                              const Eigen::Ref<const Eigen::MatrixXd>& load, int row,
+                              const Eigen::VectorXd& roots) {
   const int frames = timeline.frame_count;
   const auto of = [&](int frame) -> Eigen::VectorXd {
     if (timeline.is_cyclic()) return load.col((frame % frames + frames) % frames);
     if (frame < 1 || frame > frames - 2) return Eigen::VectorXd::Zero(load.rows());
     return load.col(frame);
   };
-  if (force_rows.reach() == 2) return root * of(row + 1);
-  return root * (smoothing.own * of(row + 1) + smoothing.following * of(row + 2));
+  if (force_rows.reach() == 2) return roots.cwiseProduct(of(row + 1));
+  return roots.cwiseProduct(smoothing.own * of(row + 1) + smoothing.following * of(row + 2));
 }
 
 Forces forces_of(const ModeDynamics& dynamics, const Timeline& timeline,
@@ -44,7 +45,8 @@ Forces forces_of(const ModeDynamics& dynamics, const Timeline& timeline,
   const FreeFrames free(timeline);
   const ForceSmoothing smoothing(dynamics.smoothing);
   const int reach = force_rows.reach(), lanes = force_rows.lanes();
-  const double root = std::sqrt(dynamics.scale);
+  Eigen::VectorXd roots(load.rows());
+  for (Eigen::Index k = 0; k < roots.size(); ++k) roots[k] = std::sqrt(dynamics.force_weight(k));
   Forces forces;
   forces.load = Lanes::Zero(lanes, force_rows.last() - force_rows.first() + 1);
   Eigen::VectorXd of_row(load.rows());
@@ -67,7 +69,7 @@ Forces forces_of(const ModeDynamics& dynamics, const Timeline& timeline,
     }
     // Rows of what sampled modes begin with have no force.
     if (free.is_cyclic() || row >= 2 - reach) {
-      of_row = smoothed_load(force_rows, smoothing, timeline, load, row, root);
+      of_row = smoothed_load(force_rows, smoothing, timeline, load, row, roots);
     } else {
       of_row.setZero();
     }

@@ -26,19 +26,22 @@ class NoSites final : public reduced::Kinematics {
 
 /// The mean of the pose's modes.
 ModeDynamics mean_mode(const Eigen::VectorXd& pose, const ModeDynamics& modes) {
-  double energy = 0, kinetic = 0, damping = 0;
+  double energy = 0, kinetic = 0, damping = 0, cost = 0;
   Index lowest = modes.stiffness.size() - 1;  // of a pose that modes show nothing of
   for (Index i = lowest; i >= 0; --i) {
     if (!(modes.stiffness[i] > 0)) continue;
     lowest = i;
     const double square = pose[i] * pose[i], share = square / modes.stiffness[i];
     energy += square;
+    cost += square * modes.stiffness[i] * modes.stiffness[i] * modes.force_weight(i) / modes.scale;
     kinetic += share;
     damping += modes.damping[i] * share;
   }
   ModeDynamics mean = modes;
   mean.stiffness.setConstant(1, kinetic > 0 ? energy / kinetic : modes.stiffness[lowest]);
   mean.damping.setConstant(1, kinetic > 0 ? damping / kinetic : modes.damping[lowest]);
+  const double stiffest = mean.stiffness[0] * mean.stiffness[0] * energy;
+  mean.shares.setConstant(1, cost > 0 && stiffest > 0 ? cost / stiffest : 1.0);
   return mean;
 }
 

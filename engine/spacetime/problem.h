@@ -27,14 +27,20 @@ enum class Discretisation {
 
 /// Linear modal dynamics with the frame as the unit of time (paper: space-time editing, eqs. 3 and
 /// 17a): z'' + d z' + lambda z = 0 where no force acts. A mode of frequency omega and damping ratio
-/// zeta has lambda = omega^2 and d = 2 zeta omega. What is minimised, E_f, is
-/// c/2 sum_i (f_i^2 + tau^2 (f_(i+1) - f_i)^2) over the forces f_i of each mode (ForceRows).
+/// zeta has lambda = omega^2 and d = 2 zeta omega. What is minimised, E_f, is the sum over the modes of
+/// c w/2 sum_i (f_i^2 + tau^2 (f_(i+1) - f_i)^2), f_i the forces on a mode (ForceRows).
 struct ModeDynamics {
   Eigen::VectorXd stiffness;  // lambda, r, [1/frame^2], >= 0
   Eigen::VectorXd damping;    // d, r, [1/frame], >= 0
   Discretisation discretisation = Discretisation::kDifferences;
   double smoothing = 0;  // tau [frames], >= 0: about the time in which forces change
   double scale = 1;      // c > 0: E_f in other units of time than the frame
+  /// w, r, > 0: what the forces of each mode cost beside those of others; empty: 1.
+  Eigen::VectorXd shares = {};
+
+  [[nodiscard]] double force_weight(Eigen::Index mode) const {
+    return shares.size() > 0 ? scale * shares[mode] : scale;
+  }
 };
 
 struct Timeline {

@@ -66,8 +66,10 @@ void validate(const ModeDynamics& dynamics) {
                    "dynamics.smoothing = " + std::to_string(dynamics.smoothing) +
                        " must be in [0, 1e6] frames");
   }
-  if (!is_force_scale(dynamics.scale))
-    refuse_problem("dynamics.scale", "dynamics.scale must be > 0 and finite");
+  if (!are_force_weights(dynamics)) {
+    refuse_problem("dynamics.scale",
+                   "dynamics.scale must be > 0 and finite, and shares those of all modes or none");
+  }
 }
 
 void validate_target(const Eigen::Vector3d& target) {

@@ -131,9 +131,15 @@ void decode_scene(const proto::Scene& scene) {
 }
 
 void decode_edits(const proto::EditRequest& request) {
-  static const bodies::NodePositions rest = tetrahedron();
+  static const scene::Scene scene = [] {
+    scene::Scene made;
+    made.mesh.nodes = tetrahedron();
+    made.fixed_nodes = {0, 1};
+    made.frame_count = 3;
+    return made;
+  }();
   static const std::vector<beams::BeamNode> nodes(4);
-  answers([&] { (void)server::decode_edits(request, rest, readers().mesh); });
+  answers([&] { (void)server::decode_edits(request, scene, readers().mesh); });
   answers([&] { (void)server::decode_linkage_edits(request); });
   answers([&] { (void)server::decode_beam_edits(request, nodes); });
 }

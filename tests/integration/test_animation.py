@@ -159,6 +159,33 @@ def test_pins_carry_the_body_and_inertia_makes_it_lag(server):
         assert np.abs(session.frames()[:, tip, 2] - session.geometry().rest[tip, 2] - way).max() < 1e-4
 
 
+def test_paths_of_pins_are_edited_live(server, tmp_path):
+    way, scene = carried_scene()
+    with contextlib.closing(server.open(scene, progress=False)) as session:
+        session.wait()
+        tip, rest = tip_of(session), session.geometry().rest
+        pins = rest[session.settings().fixed_nodes]
+        held = session.add(node=tip, frame=30, displacement=(0, 0, 0.1), exact=True)
+        session.wait()
+        before = session.frames()
+        session.move_pins(pins[None] + 2 * way[:, None, None] * (0, 1, 0))
+        session.wait()
+        frames = session.frames()
+        assert np.abs(frames[:, session.settings().fixed_nodes, 1] - pins[None, :, 1] - 2 * way[:, None]).max() < 1e-4
+        assert np.abs(frames[30, tip] - rest[tip] - (0, 0, 0.1)).max() < 1e-5
+        [path] = [path for path in session.export(tmp_path, formats=("scene",)) if str(path).endswith(".json")]
+        session.undo()
+        session.wait()
+        assert np.abs(session.frames() - before).max() < 1e-5
+        with pytest.raises(limber.LimberError, match="frames") as refused:
+            session.move_pins(pins[None])
+        assert refused.value.field == "edits[0].set_pins.pins.shape[0]"
+        session.remove(held)
+    with contextlib.closing(server.open(path, progress=False)) as again:
+        again.wait()
+        assert np.abs(again.frames() - frames).max() < 2e-3
+
+
 def test_inertia_is_an_option_of_scenes(server, tmp_path):
     _, scene = carried_scene(inertia=1)
     other = limber.scenes.to_message(scene)

@@ -66,6 +66,30 @@ def test_sessions_have_the_same_and_their_error_covers_moments(server):
     session.close()
 
 
+def test_a_portal_of_one_element_a_member_is_within_its_tolerance(server):
+    """Slope deflection: a corner turns by (q L^2 / 12) / (2 E I_b / L + 4 E I_c / H), a column takes 4 E I_c / H of that."""
+    height, q, side, depth, young, strength = 3.0, 2000.0, 0.2, 0.3, 11e9, 24e6
+    column, girder = ({"rectangle": {"width": side, "height": tall}, "young": young, "poisson": 0.3, "yield_stress": strength}
+                      for tall in (side, depth))
+    clamped = {f"fix_{axis}": True for axis in ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")}
+    portal = {"nodes": [{"position": {"x": x, "z": z}} for x, z in ((0, 0), (0, height), (LENGTH, height), (LENGTH, 0))],
+              "sections": [column, girder],
+              "elements": [{"start": i, "finish": i + 1, "section": int(i == 1),
+                            "normal": {"z": 1} if i == 1 else {"x": 1}} for i in range(3)],
+              "supports": [{"node": 0, **clamped}, {"node": 3, **clamped}],
+              "distributed_loads": [{"element": 1, "force": {"z": -q}}]}
+    inertia_column, inertia_girder = side**4 / 12, side * depth**3 / 12
+    of_column = 4 * young * inertia_column / height
+    corner = of_column * q * LENGTH**2 / 12 / (2 * young * inertia_girder / LENGTH + of_column)
+    expected = (corner * 6 / side**3 + q * LENGTH / 2 / side**2) / strength
+    session = server.open(limber.beam_scene(portal, tolerance=1e-3), progress=False)
+    error = session.wait(until="checked").discretisation_error
+    solution = session.solution(stations=5)
+    assert np.asarray(solution.utilisations)[[0, 2]] == pytest.approx(expected, rel=0.02)
+    assert error.known and error.within_tolerance and error.utilisation_error < 0.02
+    session.close()
+
+
 def test_a_cut_joist_has_the_functions_of_the_whole(server):
     session = server.open(limber.beam_scene(joist(), elements_per_member=7), progress=False)
     session.wait()

@@ -398,3 +398,10 @@ def test_an_element_too_long_to_show_how_it_buckles_is_named(server):
         assert "element 0" in answer.message and "take shorter ones" in answer.message
         assert answer.neutral_directions == ()
     assert server.solve_beams(column, progress=False).status == "UNSTABLE"
+    session = server.open(limber.beam_scene(column, tolerance=1e-3), progress=False)
+    refined = session.wait(until="checked")
+    assert refined.converged and refined.unjudged_elements == () and refined.negative_eigenvalues == 0, refined.message
+    assert refined.discretisation_error.elements > 4
+    head = session.frames()[-1, 1]
+    assert head[2] < 0.99, "it has buckled: 1.3 times its load takes its head down"
+    session.close()

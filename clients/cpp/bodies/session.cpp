@@ -83,6 +83,13 @@ v1::EditResponse BodySession::dynamics(const DynamicsChange& change) {
   }
 }
 
+v1::EditResponse BodySession::move_pins(const v1::Array& positions) {
+  v1::Edit change;
+  v1::SetPins& pins = *change.mutable_set_pins();
+  if (positions.shape_size() > 0) *pins.mutable_pins() = positions;
+  return edit({change});
+}
+
 v1::EditResponse BodySession::add_keyframe(const v1::Keyframe& keyframe) {
   v1::Edit change;
   *change.mutable_add_keyframe()->mutable_keyframe() = keyframe;

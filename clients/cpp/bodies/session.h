@@ -64,6 +64,10 @@ class BodySession : public OpenSession {
   /// has edited in between, for 10 s at most.
   v1::EditResponse dynamics(const DynamicsChange& change);
 
+  /// Other paths of the scene's fixed nodes in place of its base motion, frames x fixed nodes x 3
+  /// float64 [length unit]; empty: the scene's base motion again.
+  v1::EditResponse move_pins(const v1::Array& positions);
+
   /// Adds a keyframe; its id is in keyframe_ids. @param keyframe  with its pose
   v1::EditResponse add_keyframe(const v1::Keyframe& keyframe);
   v1::EditResponse move_keyframe(std::uint64_t keyframe, const KeyframeMove& move);

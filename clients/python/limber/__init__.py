@@ -19,7 +19,7 @@ from .beams.results import BeamResult
 from .beams.scenes import beam_scene
 from .beams.session import BeamSession
 from .beams.solutions import BeamNeutralDirection, BeamSnap, BeamSolution, StrengthWarning
-from .bodies.edits import Axes, add, dynamics, ends, liveliness, move, optimise, remove, replace, reset_material
+from .bodies.edits import Axes, add, dynamics, ends, liveliness, move, move_pins, optimise, remove, replace, reset_material
 from .bodies.embedding import Embedding
 from .bodies.geometry import Geometry
 from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
@@ -69,7 +69,7 @@ __all__ = [
     "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "SessionClient", "SessionPage", "Shape", "Simulation", "SnapWarning",
     "StartComparison", "StartingGrid", "StreamedFrames", "StrengthWarning", "SurfacePoint", "Target", "add",
     "add_keyframe", "animated_pins", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force", "keyframe",
-    "launch", "linkage_scene", "liveliness", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "painted_stiffness", "picture", "redo",
+    "launch", "linkage_scene", "liveliness", "load_scene", "mesh_file", "move", "move_keyframe", "move_pins", "optimise", "painted_stiffness", "picture", "redo",
     "register_kind", "remove", "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",
     "simulation", "undo",
 ]

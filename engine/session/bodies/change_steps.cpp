@@ -24,6 +24,9 @@ std::size_t bytes_of_group(const ChangeGroup& group) {
     const auto* keyframe = std::get_if<KeyframeChange>(&change);
     if (keyframe != nullptr && keyframe->value)
       bytes += static_cast<std::size_t>(keyframe->value->pose->size()) * sizeof(double);
+    const auto* pins = std::get_if<PinsChange>(&change);
+    if (pins != nullptr && pins->paths)
+      bytes += static_cast<std::size_t>(pins->paths->size()) * sizeof(double);
   }
   return bytes;
 }
@@ -111,6 +114,7 @@ std::string common_thing(const ChangeGroup& one, const ChangeGroup& other) {
     if (thing.first == kConstraint) return fmt::format("constraint {}", thing.second);
     if (thing.first == kKeyframe) return "a keyframe";
     if (std::holds_alternative<EndsChange>(change)) return "the ends";
+    if (std::holds_alternative<PinsChange>(change)) return "the pins";
     return std::holds_alternative<DynamicsChange>(change) ? "the dynamics" : "the material";
   }
   return "";

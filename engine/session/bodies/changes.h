@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -45,8 +46,14 @@ struct MaterialChange {
   std::uint64_t epoch = 0;
 };
 
+/// Where the fixed nodes go, 3 fixed x N in their order [scene unit]; null: as the scene has it.
+using PinPaths = std::shared_ptr<const Eigen::MatrixXd>;
+struct PinsChange {
+  PinPaths paths;
+};
+
 using Change = std::variant<ConstraintChange, TargetChange, EndsChange, DynamicsChange,
-                            MaterialChange, KeyframeChange, KeyframeShift>;
+                            MaterialChange, KeyframeChange, KeyframeShift, PinsChange>;
 using ChangeGroup = std::vector<Change>;  // in the order they are to be applied
 
 /// What differs from the state the solver last saw. Grows with the number of touched things, not of
@@ -59,11 +66,12 @@ struct Touched {
   bool dynamics = false;
   bool material = false;
   bool keyframes = false;
+  bool pins = false;
 
   void note(const Change& change);
   void add(const Touched& more);
   [[nodiscard]] bool empty() const {
-    return constraints.empty() && !ends && !dynamics && !keyframes;
+    return constraints.empty() && !ends && !dynamics && !keyframes && !pins;
   }
 };
 

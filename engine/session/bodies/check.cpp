@@ -40,13 +40,14 @@ void BodySession::Impl::begin_check(std::unique_lock<std::mutex>& lock) {
   CheckRequest request = problem_->check_request();
   request.result = result;
   request.start_of_fit = result->start_of_fit;
+  request.scene = scene_;
   lock.lock();
   check_.begin(lock, result, std::move(request), shared_from_this());
 }
 
 MotionCheck BodySession::Impl::check(const CheckRequest& request, const JobContext& job) {
-  if (!checker_ || checker_->model() != request.model)
-    checker_ = std::make_unique<MotionChecker>(document_.unedited(), request.model);
+  if (!checker_ || checker_->model() != request.model || checker_->scene() != request.scene)
+    checker_ = std::make_unique<MotionChecker>(request.scene, request.model);
   return checker_->check(request, job);
 }
 

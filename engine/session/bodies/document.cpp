@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/scene/constraint_path.h"
+#include "engine/scene/pinned_motion.h"
 #include "engine/session/core/edit_request.h"
 #include "engine/session/core/limit_error.h"
 
@@ -18,8 +19,8 @@ const char* name_of(const BodyEdit& edit) {
   static constexpr const char* kNames[] = {
       "add.",          "move.",          "replace.",         "remove.",
       "set_ends.",     "set_dynamics.",  "set_material.",    "reset_material.",
-      "add_keyframe.", "move_keyframe.", "remove_keyframe.", "undo.",
-      "redo."};
+      "add_keyframe.", "move_keyframe.", "remove_keyframe.", "set_pins.",
+      "undo.",         "redo."};
   static_assert(std::variant_size_v<BodyEdit> == std::size(kNames));
   return kNames[edit.index()];
 }
@@ -60,6 +61,8 @@ void Touched::note(const Change& change) {
     dynamics = true;
   } else if (std::holds_alternative<MaterialChange>(change)) {
     material = true;
+  } else if (std::holds_alternative<PinsChange>(change)) {
+    pins = true;
   } else {
     keyframes = true;
   }
@@ -74,6 +77,7 @@ void Touched::add(const Touched& more) {
   dynamics = dynamics || more.dynamics;
   material = material || more.material;
   keyframes = keyframes || more.keyframes;
+  pins = pins || more.pins;
 }
 
 void DocumentLimits::validate() const {
@@ -267,6 +271,7 @@ void Document::exchange_edited(Document& copy) {
   std::swap(last_end_, copy.last_end_);
   std::swap(dynamics_, copy.dynamics_);
   std::swap(material_, copy.material_);
+  std::swap(pins_, copy.pins_);
   std::swap(epochs_, copy.epochs_);
   std::swap(constraints_, copy.constraints_);
   keyframes_.exchange_edited(copy.keyframes_);
@@ -396,6 +401,10 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
         } else if constexpr (std::is_same_v<T, RemoveKeyframe>) {
           make(keyframes_.removed(e.id), request);
           return {0, e.id};
+        } else if constexpr (std::is_same_v<T, SetPins>) {
+          demand_pins(e.paths);
+          make(PinsChange{e.paths}, request);
+          return {};
         } else if constexpr (std::is_same_v<T, Undo>) {
           return turn(Turn::kUndo, e.whose, request);
         } else {
@@ -572,6 +581,8 @@ Change Document::exchange(Change change) {
     std::swap(dynamics->dynamics, dynamics_);
   } else if (auto* material = std::get_if<MaterialChange>(&change)) {
     std::swap(*material, material_);
+  } else if (auto* pins = std::get_if<PinsChange>(&change)) {
+    std::swap(pins->paths, pins_);
   } else if (auto* keyframe = std::get_if<KeyframeChange>(&change)) {
     keyframes_.exchange(*keyframe);
   } else if (auto* shifted = std::get_if<KeyframeShift>(&change)) {
@@ -599,6 +610,12 @@ void Document::demand_room(std::size_t nodes) const {
                 fmt::format("the constraints would name {} nodes together, the limit is {}",
                             nodes_ + nodes, limits_.max_nodes));
   }
+}
+
+void Document::demand_pins(const PinPaths& paths) const {
+  if (!paths) return;
+  if (const auto fault = scene::pins_fault(*unedited_, *paths))
+    throw Error(fault->code, "pins", fault->message);
 }
 
 void Document::demand_known(std::uint64_t id, const char* field) const {

@@ -63,6 +63,7 @@ class Document {
     scene::End first_end = scene::End::kFree, last_end = scene::End::kFree;
     scene::Dynamics dynamics;
     MaterialChange material;
+    PinPaths pins;
     std::uint64_t last_epoch = 0;
     std::vector<scene::Constraint> constraints;
     std::vector<scene::Keyframe> keyframes;
@@ -82,6 +83,7 @@ class Document {
   [[nodiscard]] scene::End last_end() const { return last_end_; }
   [[nodiscard]] const scene::Dynamics& dynamics() const { return dynamics_; }
   [[nodiscard]] const MaterialChange& material() const { return material_; }
+  [[nodiscard]] const PinPaths& pins() const { return pins_; }
   [[nodiscard]] const std::map<std::uint64_t, scene::Constraint>& constraints() const {
     return constraints_;
   }
@@ -94,7 +96,7 @@ class Document {
   [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
 
   /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints and
-  /// keyframes are empty, its ends and dynamics are those at opening.
+  /// keyframes are empty, its ends, dynamics and base motion are those at opening.
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
   /// Of unedited().
   [[nodiscard]] const std::shared_ptr<const scene::SurfacePoints>& surface_points() const {
@@ -125,6 +127,7 @@ class Document {
   // document_checkpoint.cpp:
   void load(const Checkpoint& checkpoint);
   void try_steps(const ChangeSteps& steps);
+  void demand_pins(const PinPaths& paths) const;
   void demand_keyframe(const scene::Keyframe& keyframe) const;
   void demand_possible(const Change& change) const;
 
@@ -140,6 +143,7 @@ class Document {
   scene::End first_end_, last_end_;
   scene::Dynamics dynamics_;
   MaterialChange material_;
+  PinPaths pins_;
   std::uint64_t epochs_ = 0;  // newest given
   std::map<std::uint64_t, scene::Constraint> constraints_;
   KeyframeSet keyframes_;

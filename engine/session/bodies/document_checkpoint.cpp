@@ -91,9 +91,9 @@ void demand_given(const Document::Checkpoint& checkpoint) {
 }  // namespace
 
 Document::Checkpoint Document::checkpoint() const {
-  return {revision_, first_end_,        last_end_,       dynamics_,       material_,
-          epochs_,   constraint_list(), keyframe_list(), next_id_,        keyframes_.next_id(),
-          content_,  contents_,         steps_of(undo_), steps_of(redo_), steps_};
+  return {revision_,       first_end_,        last_end_,       dynamics_, material_,
+          pins_,           epochs_,           constraint_list(), keyframe_list(), next_id_,
+          keyframes_.next_id(), content_, contents_, steps_of(undo_), steps_of(redo_), steps_};
 }
 
 void Document::load(const Checkpoint& checkpoint) {
@@ -102,6 +102,7 @@ void Document::load(const Checkpoint& checkpoint) {
   last_end_ = checkpoint.last_end;
   dynamics_ = checkpoint.dynamics;
   material_ = checkpoint.material;
+  pins_ = checkpoint.pins;
   epochs_ = checkpoint.last_epoch;
   constraints_.clear();
   nodes_ = 0;
@@ -127,6 +128,7 @@ void Document::begin_at(const Checkpoint& checkpoint) {
 void Document::demand_reachable(const Checkpoint& checkpoint) const {
   rules_.check_ends(checkpoint.first_end, checkpoint.last_end);
   ConstraintRules::check_dynamics(checkpoint.dynamics);
+  demand_pins(checkpoint.pins);
   if (checkpoint.constraints.size() > static_cast<std::size_t>(limits_.max_constraints))
     refuse(fmt::format("{} constraints, at most {}", checkpoint.constraints.size(),
                        limits_.max_constraints));
@@ -190,6 +192,8 @@ void Document::demand_possible(const Change& change) const {
           rules_.check_ends(one.first, one.last);
         } else if constexpr (std::is_same_v<T, DynamicsChange>) {
           ConstraintRules::check_dynamics(one.dynamics);
+        } else if constexpr (std::is_same_v<T, PinsChange>) {
+          demand_pins(one.paths);
         } else if constexpr (std::is_same_v<T, KeyframeChange>) {
           if (!one.value) return (void)keyframes_.removed(one.id);
           if (one.id == 0 || one.value->id != one.id)

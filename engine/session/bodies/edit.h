@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/session/bodies/changes.h"
 #include "engine/session/core/values.h"
 
 namespace limber::session {
@@ -50,8 +51,13 @@ struct RemoveKeyframe {
   std::uint64_t id = 0;
 };
 
+/// Animated pins in place of the scene's base motion.
+struct SetPins {
+  PinPaths paths;  // null: the scene's base motion again
+};
+
 using BodyEdit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint,
                               SetEnds, SetDynamics, SetMaterialVariables, ResetMaterial,
-                              AddKeyframe, MoveKeyframe, RemoveKeyframe, Undo, Redo>;
+                              AddKeyframe, MoveKeyframe, RemoveKeyframe, SetPins, Undo, Redo>;
 
 }  // namespace limber::session

@@ -17,6 +17,7 @@ EditBatch batch_of(const Document& document, const Touched& touched) {
   if (touched.ends) batch.ends = EndsChange{document.first_end(), document.last_end()};
   if (touched.dynamics) batch.dynamics = document.dynamics();
   if (touched.material) batch.material = document.material();
+  if (touched.pins) batch.pins = document.pins();
   if (touched.keyframes) batch.keyframes = document.keyframe_list();
   return batch;
 }
@@ -27,6 +28,7 @@ EditBatch whole_batch(const Document& document) {
   batch.ends = EndsChange{document.first_end(), document.last_end()};
   batch.dynamics = document.dynamics();
   batch.material = document.material();
+  batch.pins = document.pins();
   batch.keyframes = document.keyframe_list();
   return batch;
 }

@@ -19,6 +19,7 @@ struct EditBatch {
   std::optional<EndsChange> ends;
   std::optional<scene::Dynamics> dynamics;
   std::optional<MaterialChange> material;
+  std::optional<PinPaths> pins;
   std::optional<std::vector<scene::Keyframe>> keyframes;  // all of them, where any has changed
 };
 

@@ -43,12 +43,14 @@ class Heeding {
 
 }  // namespace
 
+void BodySession::Impl::provide_full_body() {
+  if (full_body_) return;
+  full_body_ = std::make_shared<FullBody>(std::make_shared<const BodyParts>(*scene_),
+                                          read([this] { return built_->model; }));
+}
+
 void BodySession::Impl::provide_full() {
-  if (!full_body_) {
-    full_body_ =
-        std::make_shared<FullBody>(std::make_shared<const BodyParts>(*document_.unedited()),
-                                   read([this] { return built_->model; }));
-  }
+  provide_full_body();
   problem_->provide_full([this] { return full_body_->make_kinematics(); });
 }
 

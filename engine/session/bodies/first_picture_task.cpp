@@ -76,6 +76,7 @@ void BodySession::Impl::show_edits(const JobContext& job) {
         std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
     publish(std::move(result));
   };
+  if (*whole.pins) return;  // it knows no base motion
   picture_->take(whole);
   show(picture_->correct());
   job.throw_if_cancelled();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/scene/pinned_motion.h"
 #include "engine/session/bodies/geometry.h"
 
 namespace limber::session {
@@ -51,6 +52,7 @@ BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions optio
             return search_starts(request, options_.solver, job);
           },
           [this] { post(std::unique_lock(mutex_)); }, Urgency::kIdle) {
+  scene_ = document_.unedited();
   options_.solver.validate();
   if (options_.mode_choice) options_.mode_choice->validate();
   if (options_.start_search) options_.start_search->validate();
@@ -141,9 +143,11 @@ BodyOrder BodySession::Impl::take_order() {
   is_solving_ = true;
   order.content = document_.content();
   order.is_with_fewer_modes = fewer_modes_ > 0;
+  order.is_with_other_pins = touched_.pins;
   order.is_whole = whole_;
-  order.batch =
-      whole_ || order.is_with_fewer_modes ? whole_batch(document_) : batch_of(document_, touched_);
+  order.batch = whole_ || order.is_with_fewer_modes || order.is_with_other_pins
+                    ? whole_batch(document_)
+                    : batch_of(document_, touched_);
   order.start = cold_ ? BodyOrder::Start::kCold : BodyOrder::Start::kWarm;
   if (cold_) cold_taken_ = cold_requested_;
   order.cold_request = cold_taken_;
@@ -166,6 +170,7 @@ scene::Scene BodySession::Impl::scene() const {
   scene::End first_end, last_end;
   scene::Dynamics dynamics;
   scene::MaterialVariables variables;
+  PinPaths pins;
   int modes = 0;
   std::shared_ptr<const Built> built;
   {
@@ -179,8 +184,9 @@ scene::Scene BodySession::Impl::scene() const {
     last_end = document_.last_end();
     dynamics = document_.dynamics();
     variables = document_.material().variables;
+    pins = document_.pins();
   }
-  scene::Scene scene = *unedited;
+  scene::Scene scene = scene::with_pins(*unedited, pins);
   scene.constraints = std::move(constraints);
   scene.keyframes = std::move(keyframes);
   scene.first_end = first_end;

@@ -35,6 +35,7 @@ struct BodyOrder {
   Start start = Start::kWarm;
   std::uint64_t cold_request = 0;    // the newest contained, of this round or an earlier one
   bool is_with_fewer_modes = false;  // the solver must be made anew with those that are enough
+  bool is_with_other_pins = false;   // and so it must over another base motion
 };
 
 class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
@@ -58,6 +59,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// What the build leaves behind for readers.
   struct Built {
     std::shared_ptr<const reduced::ReducedModel> model;
+    /// As it was built; `model` may have columns for edited pins beside its own.
+    std::shared_ptr<const reduced::ReducedModel> trunk;
     std::shared_ptr<const reduced::BaseMotion> base;  // null: none
     std::shared_ptr<const std::vector<int>> compact_of_source;
     std::string message;   // of the model's report, and what it has otherwise than asked for
@@ -98,8 +101,9 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   // task.cpp: the task.
   std::string build(const JobContext& job) override;
   Built build_model(const JobContext& job);
+  /// @param scene  outlives it
   [[nodiscard]] std::unique_ptr<LiveProblem> make_problem(
-      const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
+      const scene::Scene& scene, const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
       std::shared_ptr<const reduced::BaseMotion> base, int modes) const;
   [[nodiscard]] std::shared_ptr<const ShownBasis> make_shown(
       const MappedBody& mapped, const std::shared_ptr<const reduced::ReducedModel>& model) const;
@@ -115,6 +119,18 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void solve_failed(const Round& round, const std::string& reason) override;
   std::shared_ptr<const BodyResult> bring_up_to_date(const Round& round);
   void begin_in(const scene::StartMotion& start);
+
+  // pins_task.cpp: base motions that edits make.
+  /// Whether the batch has other pins than the task.
+  [[nodiscard]] bool is_with_other_pins(const EditBatch& batch) const;
+  /// Another base motion, a shown basis that has it, and a new solver over it.
+  /// @param is_warm  it continues from the old one's z
+  void use_pins(const EditBatch& whole, bool is_warm);
+  /// Another solver in place of the present one; a warm one continues from that one's z, as far as
+  /// it has these modes.
+  void renew_problem(std::unique_ptr<LiveProblem> problem, const EditBatch& whole,
+                     std::shared_ptr<const reduced::FrameShift> shift, bool is_warm);
+
   void solve_order(const Round& round);
   /// What `round` asks for, to the end, its material included. @returns nothing where an edit made
   /// it out of date
@@ -198,6 +214,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void shift_frames(const Eigen::MatrixXf& reduced, const BodyResult& result);
   void take_up(const BodyResult& answer, spacetime::Known known);
   void provide_full();
+  void provide_full_body();
   void set_shown(std::shared_ptr<const ShownBasis> shown);
 
   // check.cpp: the check of final results, its task and its place in the session's.
@@ -292,6 +309,9 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   int fewer_modes_ = 0;               // to be used from the next round on; 0: none
   std::optional<FirstPictureInfo> picture_info_;
 
+  /// The task's: of the document, with the base motion that its pins make.
+  std::shared_ptr<const scene::Scene> scene_;
+  PinPaths pins_;                                    // the task's: those of scene_
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FirstPicture> picture_;            // the task's, while it builds
   std::uint64_t pictured_ = 0;                       // the task's: Document::content() in it

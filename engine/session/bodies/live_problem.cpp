@@ -23,7 +23,9 @@ bool same_modes(const spacetime::Material& a, const spacetime::Material& b) {
 
 /// Whether forces cost the same on the same modes.
 bool same_forces(const spacetime::Material& a, const spacetime::Material& b) {
-  return a.dynamics.smoothing == b.dynamics.smoothing && a.dynamics.scale == b.dynamics.scale;
+  const Eigen::VectorXd &one = a.dynamics.shares, &other = b.dynamics.shares;
+  return a.dynamics.smoothing == b.dynamics.smoothing && a.dynamics.scale == b.dynamics.scale &&
+         one.size() == other.size() && one == other;
 }
 
 }  // namespace
@@ -60,21 +62,31 @@ void LiveProblem::start(const EditBatch& whole) {
   added_.reset();
   variables_ = whole.material->variables;
   frames_per_second_ = whole.dynamics->frames_per_second;
-  inertia_ = whole.dynamics->inertia;
-  auto initial = std::make_shared<const spacetime::Material>(
-      map_material(*whole.dynamics, terms_.mode_count, *model_));
+  dynamics_ = *whole.dynamics;
   // Made anew after a failure: what was fitted is as good as it was.
-  const bool again = material_ && epoch_ == whole.material->epoch &&
-                     same_modes(*initial, *initial_) && same_forces(*initial, *initial_);
+  bool again = material_ && epoch_ == whole.material->epoch;
+  if (again) {
+    const auto initial = mapped_material();
+    again = same_modes(*initial, *initial_) && same_forces(*initial, *initial_);
+  }
+  if (!again) {
+    material_ = initial_ = nullptr;
+    material_ = initial_ = mapped_material();
+  }
   epoch_ = whole.material->epoch;
-  initial_ = std::move(initial);
-  if (!again) material_ = initial_;
   unfinished_.reset();
   first_end_ = whole.ends->first;
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
   set_keyframes(whole.keyframes.value());
   set_added();
+}
+
+void LiveProblem::take_fitted(const LiveProblem& other) {
+  initial_ = other.initial_;
+  material_ = other.material_;
+  epoch_ = other.epoch_;
+  fitted_ = other.fitted_;
 }
 
 void LiveProblem::apply(const EditBatch& batch) {
@@ -94,14 +106,15 @@ void LiveProblem::apply(const EditBatch& batch) {
   }
   if (batch.ends) set_ends(*batch.ends);
   if (batch.dynamics) {
-    inertia_ = batch.dynamics->inertia;
-    set_dynamics(*batch.dynamics);
+    dynamics_ = *batch.dynamics;
+    set_dynamics();
   }
   if (batch.material) {
     // What a fit of other variables has mixed or tuned may not be changed by the next one.
     if (variables_ != batch.material->variables) unfinished_.reset();
     variables_ = batch.material->variables;
     enter_epoch(batch.material->epoch);
+    set_dynamics();
   }
   if (base_ && (batch.dynamics || batch.ends || batch.material)) solver_->set_load(load());
   if (batch.keyframes) set_keyframes(*batch.keyframes);
@@ -123,16 +136,25 @@ void LiveProblem::enter_epoch(std::uint64_t epoch) {
 }
 
 /// What was fitted to other modes starts anew from these. Other costs of forces leave it.
-void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
-  auto mapped = std::make_shared<const spacetime::Material>(
-      map_material(dynamics, terms_.mode_count, *model_));
+void LiveProblem::set_dynamics() {
+  auto mapped = mapped_material();
   if (same_modes(*mapped, *initial_)) {
     if (!same_forces(*mapped, *initial_)) set_forces(std::move(mapped));
     return;
   }
-  initial_ = std::move(mapped);
   fitted_.clear();
+  material_ = initial_ = nullptr;
+  initial_ = mapped_material();
   reset_material();
+}
+
+/// Where a material is fitted, or was, forces count by themselves: by the displacements that they
+/// would hold, a fit would make modes cheap by making them stiff.
+std::shared_ptr<const spacetime::Material> LiveProblem::mapped_material() const {
+  spacetime::Material mapped = map_material(dynamics_, terms_.mode_count, *model_);
+  if (variables_ != scene::MaterialVariables::kMotion || material_ != initial_)
+    mapped.dynamics.shares.resize(0);
+  return std::make_shared<const spacetime::Material>(std::move(mapped));
 }
 
 void LiveProblem::set_forces(std::shared_ptr<const spacetime::Material> initial) {
@@ -141,6 +163,7 @@ void LiveProblem::set_forces(std::shared_ptr<const spacetime::Material> initial)
     spacetime::Material changed = *of;
     changed.dynamics.smoothing = initial->dynamics.smoothing;
     changed.dynamics.scale = initial->dynamics.scale;
+    changed.dynamics.shares = initial->dynamics.shares;
     return std::make_shared<const spacetime::Material>(std::move(changed));
   };
   for (auto& [epoch, material] : fitted_) material = with_forces(material);
@@ -151,6 +174,10 @@ void LiveProblem::set_forces(std::shared_ptr<const spacetime::Material> initial)
 
 void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
   unfinished_.reset();
+  // An earlier answer may have it as it was made for that.
+  if (same_modes(*material, *initial_) && same_forces(*material, *initial_) &&
+      material->mixing.size() == initial_->mixing.size() && material->mixing == initial_->mixing)
+    material = initial_;
   if (material == material_) return;
   material_ = std::move(material);
   solver_->set_material(*material_);
@@ -173,7 +200,7 @@ spacetime::MaterialSolver LiveProblem::material_solver(
     throw Error(ErrorCode::kUnsupported, "reach",
                 "no material is fitted while constraints have a reach");
   }
-  if (base_ && inertia_ > 0) {
+  if (base_ && dynamics_.inertia > 0) {
     throw Error(ErrorCode::kUnsupported, "dynamics.inertia",
                 "no material is fitted while the base motion has inertia");
   }
@@ -296,7 +323,8 @@ CheckRequest LiveProblem::check_request() const {
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
     request.targets.push_back({constraint.frame, constraint.since, held(constraint.id).site,
                                constraint.axes, constraint.target,
-                               constraint.weight == spacetime::PositionConstraint::kExact});
+                               constraint.weight == spacetime::PositionConstraint::kExact,
+                               constraint_of(constraint.id)});
   }
   for (const scene::Keyframe& keyframe : keyframes_)
     request.keyframe_frames.push_back(keyframe.frame);
@@ -434,8 +462,8 @@ void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
 }
 
 Eigen::MatrixXd LiveProblem::load() const {
-  if (!base_ || inertia_ == 0) return {};
-  return inertia_ * base_->load.of_modes(material_->mixing);
+  if (!base_ || dynamics_.inertia == 0) return {};
+  return dynamics_.inertia * base_->load.of_modes(material_->mixing);
 }
 
 void LiveProblem::note_site(int site, std::size_t nodes) {

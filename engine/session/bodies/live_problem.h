@@ -52,6 +52,8 @@ class LiveProblem {
 
   /// A new, cold solver of what `whole` says.
   void start(const EditBatch& whole);
+  /// Before start(): what `other`, of the same modes, has fitted.
+  void take_fitted(const LiveProblem& other);
   /// Passes edits on; a mere move stays a mere move. If it throws, the solver and the document no
   /// longer agree: start().
   void apply(const EditBatch& batch);
@@ -163,7 +165,9 @@ class LiveProblem {
   void make_solver(const spacetime::Timeline& timeline);
   /// Of the base motion, on the modes that are solved for; empty: none. r x N
   [[nodiscard]] Eigen::MatrixXd load() const;
-  void set_dynamics(const scene::Dynamics& dynamics);
+  /// As dynamics_ says.
+  void set_dynamics();
+  [[nodiscard]] std::shared_ptr<const spacetime::Material> mapped_material() const;
   /// Of the same modes, whose control forces cost otherwise.
   void set_forces(std::shared_ptr<const spacetime::Material> initial);
   void enter_epoch(std::uint64_t epoch);
@@ -180,7 +184,7 @@ class LiveProblem {
   std::shared_ptr<const spacetime::Material> initial_, material_;
   std::optional<Unfinished> unfinished_;
   double frames_per_second_ = 0;
-  double inertia_ = 0;
+  scene::Dynamics dynamics_;
   scene::End first_end_ = scene::End::kFree;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
   std::uint64_t epoch_ = 0;

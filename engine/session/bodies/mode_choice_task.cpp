@@ -182,7 +182,7 @@ BodySession::Impl::WithModes BodySession::Impl::with_more_modes(const ModeFindin
   const auto parts = full_body_->parts();
   WithModes more;
   more.modes = finding.choice.modes;
-  more.problem = make_problem(parts->mapped, finding.model, finding.base, more.modes);
+  more.problem = make_problem(*scene_, parts->mapped, finding.model, finding.base, more.modes);
   more.problem->start(whole);
   more.problem->solver().set_weight_scale(problem_->solver().weight_scale());
   more.problem->solver().warm_start(finding.motion, spacetime::Known::kAnswer);
@@ -199,7 +199,7 @@ BodySession::Impl::WithModes BodySession::Impl::with_more_modes(const ModeFindin
   more.shown.push_back(more.problem_shown);
   if (more.shown.size() > kShownKept) more.shown.pop_front();
   auto built = std::make_shared<Built>(*more.built);
-  built->model = finding.model;
+  built->model = built->trunk = finding.model;
   built->base = finding.base;
   built->message = finding.model->report.message;
   append_clause(built->message, model_notes(scene.model, *finding.model));
@@ -269,20 +269,12 @@ void BodySession::Impl::use_fewer_modes(const EditBatch& whole, bool is_warm) {
   });
   LIMBER_DEMAND(fewer > 0 && full_body_);
   const Eigen::Index rows = built->model->rigid_count + Eigen::Index{fewer};
-  Eigen::MatrixXd motion = problem_->solver().motion().topRows(rows);
-  const double scale = problem_->solver().weight_scale();
   const auto shift = problem_->shift();
   transfers_.push_back(Eigen::MatrixXd::Identity(rows, problem_->solver().motion().rows()));
-  problem_ = make_problem(full_body_->parts()->mapped, built->model, built->base, fewer);
   modes_ = fewer;
   if (tried_.rows() > rows) tried_ = Eigen::MatrixXd(tried_.topRows(rows));
-  problem_->start(whole);
-  if (!is_warm) return;
-  problem_->solver().set_weight_scale(scale);
-  problem_->set_shift(shift);
-  problem_->solver().warm_start(motion, spacetime::Known::kGuess);
-  provide_full();
-  problem_->anchor(spacetime::Known::kGuess);
+  renew_problem(make_problem(*scene_, full_body_->parts()->mapped, built->model, built->base, fewer), whole,
+                is_warm ? shift : nullptr, is_warm);
 }
 
 /// Published once more, without the question.

@@ -90,9 +90,10 @@ void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentenc
         error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame, error.frames));
     if (check.farthest_target > kFarTarget * check.length) {
       sentences.push_back(fmt::format(
-          "The target in frame {} is out of reach: it is {:.3g} body lengths from rest, and the "
-          "body meets it inside out.",
-          check.farthest_target_frame, check.farthest_target / check.length));
+          "Constraint {} in frame {} is out of reach: its target is {:.3g} body lengths from rest, "
+          "and the body meets it inside out.",
+          check.farthest_target_id, check.farthest_target_frame,
+          check.farthest_target / check.length));
     }
   }
 }
@@ -367,6 +368,7 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
     if (target.since || target.target.norm() <= check.farthest_target) continue;
     check.farthest_target = target.target.norm();
     check.farthest_target_frame = target.frame;
+    check.farthest_target_id = target.id;
   }
   check.is_reach_reported = !result.out_of_reach.empty();
   check.is_contradictory = result.report.rank_deficient &&

@@ -49,6 +49,7 @@ struct MotionCheck {
   /// Of targets of positions: the farthest from rest [m], and its frame.
   double farthest_target = 0;
   int farthest_target_frame = 0;
+  std::uint64_t farthest_target_id = 0;
   Shaking shaking;
   Throw thrown;
   /// The result says itself which constraints are out of reach.
@@ -93,10 +94,12 @@ struct CheckRequest {
     unsigned axes = 7;
     Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m], or velocity [m/frame]
     bool is_exact = false;
+    std::uint64_t id = 0;  // of the constraint
   };
 
   std::shared_ptr<const BodyResult> result;
   std::shared_ptr<const reduced::ReducedModel> model;  // whose coordinates the result has
+  std::shared_ptr<const scene::Scene> scene;           // of the checker
   std::vector<Target> targets;                         // of constraints
   std::vector<int> keyframe_frames;                    // of keyframes
   std::shared_ptr<const reduced::AddedPoses> added;    // of keyframes; null: none
@@ -129,6 +132,7 @@ class MotionChecker {
   ~MotionChecker();
 
   [[nodiscard]] const std::shared_ptr<const reduced::ReducedModel>& model() const { return model_; }
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
 
   /// @throws Error{kCancelled}
   [[nodiscard]] MotionCheck check(const CheckRequest& request, const JobContext& job = {});

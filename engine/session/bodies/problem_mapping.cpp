@@ -110,6 +110,7 @@ spacetime::Material map_material(const scene::Dynamics& dynamics, int mode_count
   const int modes = std::min(model.coordinate_count(), model.rigid_count + mode_count);
   material.dynamics.stiffness.conservativeResize(modes);
   material.dynamics.damping.conservativeResize(modes);
+  if (material.dynamics.shares.size() > 0) material.dynamics.shares.conservativeResize(modes);
   material.mixing = spacetime::first_coordinates(model.coordinate_count(), modes);
   return material;
 }
@@ -132,8 +133,8 @@ namespace {
 /// Makes E_f the same at every frame rate: at equal seconds it is proportional to frames per
 /// second^-3 in frames. Of bodies faster than by default it is the same in swings: static forces
 /// would grow with the fourth power of the frequency, and soft targets would not be met. A
-/// hundredth, because published forces are about as much cheaper, in spikes of a frame: so soft
-/// targets are met about as well (limber-bench calm, `missed`).
+/// hundredth, so that two equal soft keys hold the body between them as exact ones do
+/// (limber-bench calm, `least`).
 double force_scale(const scene::Dynamics& dynamics, double lowest_eigenvalue) {
   constexpr double kShare = 0.01, kLeast = 1e-12, kMost = 1e12;
   const scene::Dynamics usual;
@@ -143,6 +144,20 @@ double force_scale(const scene::Dynamics& dynamics, double lowest_eigenvalue) {
   const double swings = std::min(1.0, period * usual.frames_per_second / usual.period_frames);
   const double ratio = dynamics.frames_per_second / usual.frames_per_second * swings;
   return std::clamp(kShare * ratio * ratio * ratio, kLeast, kMost);
+}
+
+/// Forces count as the displacements that they would hold, f / lambda: among all poses that meet a
+/// key the nearest to rest is the cheapest. By themselves, forces on the lowest mode are so much
+/// cheaper than others that it is bent out of all proportion to do what others are there for. Modes
+/// faster than kMost times the lowest count by their forces again, so that more modes change less
+/// and less. The lowest, and what nothing or next to nothing holds, have 1.
+Eigen::VectorXd force_shares(const Eigen::VectorXd& stiffness, double slowest) {
+  constexpr double kMost = 20;
+  constexpr double kStiff = kMost * kMost * kMost * kMost;
+  return stiffness.unaryExpr([&](double of_mode) {
+    const double ratio = std::max(1.0, of_mode / slowest);
+    return (1 / (ratio * ratio) + 1 / kStiff) / (1 + 1 / kStiff);
+  });
 }
 
 }  // namespace
@@ -174,6 +189,7 @@ spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
                                                                     rigid_count, mechanism_count)];
     mapped.damping = 2 * dynamics.damping_ratio / std::sqrt(slowest) * mapped.stiffness;
     mapped.scale = force_scale(dynamics, lowest);
+    mapped.shares = force_shares(mapped.stiffness, slowest);
   }
   return mapped;
 }

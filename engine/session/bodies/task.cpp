@@ -88,14 +88,16 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
   modes_ =
       std::min(scene.model.mode_count, built.model->coordinate_count() - built.model->rigid_count);
   built.base = base;
-  problem_ = make_problem(mapped, built.model, std::move(base), modes_);
+  built.trunk = built.model;
+  scene_ = document_.unedited();
+  pins_.reset();
+  problem_ = make_problem(*scene_, mapped, built.model, std::move(base), modes_);
   return built;
 }
 
 std::unique_ptr<LiveProblem> BodySession::Impl::make_problem(
-    const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
+    const scene::Scene& scene, const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
     std::shared_ptr<const reduced::BaseMotion> base, int modes) const {
-  const scene::Scene& scene = *document_.unedited();
   auto keyframes = std::make_unique<KeyframeTargets>(scene, model);
   return std::make_unique<LiveProblem>(
       std::move(model), std::move(base), TargetFrame(scene, mapped, document_.surface_points()),
@@ -143,7 +145,11 @@ void BodySession::Impl::solve_failed(const Round& round, const std::string& reas
 std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Round& round) {
   note_edited(round.order.batch);
   if (round.order.batch.dynamics) dynamics_ = *round.order.batch.dynamics;
-  if (round.order.is_with_fewer_modes) {
+  if (round.order.is_with_other_pins || is_with_other_pins(round.order.batch)) {
+    use_pins(round.order.batch, !round.order.is_whole);
+    if (round.order.is_with_fewer_modes)
+      use_fewer_modes(round.order.batch, !round.order.is_whole);
+  } else if (round.order.is_with_fewer_modes) {
     use_fewer_modes(round.order.batch, !round.order.is_whole);
   } else if (round.order.is_whole) {
     problem_->start(round.order.batch);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
+#include "engine/base/checked_number.h"
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/scene.h"
 #include "server/wire/arrays.h"
@@ -18,10 +20,19 @@ namespace {
 using Pose = std::shared_ptr<const Eigen::VectorXd>;
 constexpr const char* kField = "checkpoint";
 
-/// Poses, each once: steps of undo share them.
-class PoseBook {
+/// Poses and paths of pins, each once: steps of undo share them.
+class ArrayBook {
  public:
-  explicit PoseBook(proto::StoredBody& message) : message_(message) {}
+  explicit ArrayBook(proto::StoredBody& message) : message_(message) {}
+
+  /// @returns 0: none
+  [[nodiscard]] std::uint32_t number_of(const session::PinPaths& pins) {
+    if (!pins) return 0;
+    const auto [known, is_new] =
+        pins_.try_emplace(pins.get(), static_cast<std::uint32_t>(pins_.size() + 1));
+    if (is_new) *message_.add_pins() = encode_motion(*pins);
+    return known->second;
+  }
 
   void encode(const scene::Keyframe& keyframe, proto::StoredKeyframe& to) {
     *to.mutable_keyframe() = encode_keyframe(keyframe);
@@ -36,9 +47,10 @@ class PoseBook {
  private:
   proto::StoredBody& message_;
   std::map<const Eigen::VectorXd*, std::uint32_t> numbers_;
+  std::map<const Eigen::MatrixXd*, std::uint32_t> pins_;
 };
 
-void encode_change(const session::Change& change, PoseBook& poses, proto::StoredBodyChange& to) {
+void encode_change(const session::Change& change, ArrayBook& arrays, proto::StoredBodyChange& to) {
   std::visit(
       [&](const auto& one) {
         using T = std::decay_t<decltype(one)>;
@@ -61,7 +73,9 @@ void encode_change(const session::Change& change, PoseBook& poses, proto::Stored
           to.mutable_fit()->set_epoch(one.epoch);
         } else if constexpr (std::is_same_v<T, session::KeyframeChange>) {
           if (!one.value) return to.set_remove_keyframe(one.id);
-          poses.encode(*one.value, *to.mutable_keyframe());
+          arrays.encode(*one.value, *to.mutable_keyframe());
+        } else if constexpr (std::is_same_v<T, session::PinsChange>) {
+          to.set_pins(arrays.number_of(one.paths));
         } else {
           scene::Keyframe shifted;
           shifted.frame = one.frame;
@@ -80,15 +94,27 @@ void encode_change(const session::Change& change, PoseBook& poses, proto::Stored
       change);
 }
 
-void encode_steps(const std::vector<session::ChangeSteps::Step>& steps, PoseBook& poses,
+void encode_steps(const std::vector<session::ChangeSteps::Step>& steps, ArrayBook& arrays,
                   google::protobuf::RepeatedPtrField<proto::StoredBodyStep>& to) {
   for (const auto& step : steps) {
     auto& added = *to.Add();
     encode_step(step.note, *added.mutable_step());
     added.set_content(step.content);
     for (const session::Change& change : *step.group)
-      encode_change(change, poses, *added.add_changes());
+      encode_change(change, arrays, *added.add_changes());
   }
+}
+
+/// What a checkpoint has once.
+struct Arrays {
+  std::vector<Pose> poses;
+  std::vector<session::PinPaths> pins;
+};
+
+session::PinPaths paths_at(std::uint32_t number, const Arrays& arrays) {
+  if (number == 0) return nullptr;
+  if (number > arrays.pins.size()) throw malformed("a checkpoint lacks the paths of pins");
+  return arrays.pins[number - 1];
 }
 
 scene::Keyframe decode(const proto::StoredKeyframe& message, const std::vector<Pose>& poses) {
@@ -106,7 +132,7 @@ scene::Dynamics decode_stored(const proto::Dynamics& dynamics) {
   return decode_dynamics(dynamics).resolved(scene::Discretisation::kDifferences);
 }
 
-session::Change decode(const proto::StoredBodyChange& message, const std::vector<Pose>& poses) {
+session::Change decode(const proto::StoredBodyChange& message, const Arrays& arrays) {
   switch (message.change_case()) {
     case proto::StoredBodyChange::kConstraint:
       return session::ConstraintChange{message.constraint().id(),
@@ -127,7 +153,7 @@ session::Change decode(const proto::StoredBodyChange& message, const std::vector
       return session::MaterialChange{decode_variables(message.fit().variables()),
                                      message.fit().epoch()};
     case proto::StoredBodyChange::kKeyframe: {
-      scene::Keyframe keyframe = decode(message.keyframe(), poses);
+      scene::Keyframe keyframe = decode(message.keyframe(), arrays.poses);
       const std::uint64_t id = keyframe.id;
       return session::KeyframeChange{id, std::move(keyframe)};
     }
@@ -138,6 +164,8 @@ session::Change decode(const proto::StoredBodyChange& message, const std::vector
       if (!moved.frame || !moved.weight) throw malformed("a keyframe is moved by half");
       return session::KeyframeShift{moved.id, *moved.frame, *moved.weight};
     }
+    case proto::StoredBodyChange::kPins:
+      return session::PinsChange{paths_at(message.pins(), arrays)};
     case proto::StoredBodyChange::CHANGE_NOT_SET:
       break;
   }
@@ -146,11 +174,11 @@ session::Change decode(const proto::StoredBodyChange& message, const std::vector
 
 std::vector<session::ChangeSteps::Step> decode_steps(
     const google::protobuf::RepeatedPtrField<proto::StoredBodyStep>& steps,
-    const std::vector<Pose>& poses) {
+    const Arrays& arrays) {
   std::vector<session::ChangeSteps::Step> list;
   for (const auto& step : steps) {
     auto group = std::make_shared<session::ChangeGroup>();
-    for (const auto& change : step.changes()) group->push_back(decode(change, poses));
+    for (const auto& change : step.changes()) group->push_back(decode(change, arrays));
     session::ChangeSteps::Step read;
     read.group = std::move(group);
     read.content = step.content();
@@ -164,7 +192,7 @@ std::vector<session::ChangeSteps::Step> decode_steps(
 
 proto::StoredBody encode_body_checkpoint(const session::Document::Checkpoint& checkpoint) {
   proto::StoredBody message;
-  PoseBook poses(message);
+  ArrayBook arrays(message);
   auto& scene = *message.mutable_scene();
   scene.set_first_end(encode_end(checkpoint.first_end));
   scene.set_last_end(encode_end(checkpoint.last_end));
@@ -174,10 +202,10 @@ proto::StoredBody encode_body_checkpoint(const session::Document::Checkpoint& ch
   for (const auto& constraint : checkpoint.constraints)
     *scene.add_constraints() = encode_constraint(constraint);
   for (const auto& keyframe : checkpoint.keyframes)
-    poses.encode(keyframe, *message.add_keyframes());
-  encode_steps(checkpoint.undo, poses, *message.mutable_undo());
+    arrays.encode(keyframe, *message.add_keyframes());
+  encode_steps(checkpoint.undo, arrays, *message.mutable_undo());
   // From the one that redo makes first, which is the newest.
-  encode_steps({checkpoint.redo.rbegin(), checkpoint.redo.rend()}, poses, *message.mutable_redo());
+  encode_steps({checkpoint.redo.rbegin(), checkpoint.redo.rend()}, arrays, *message.mutable_redo());
   message.set_last_number(checkpoint.last_step);
   message.set_next_constraint(checkpoint.next_constraint);
   message.set_next_keyframe(checkpoint.next_keyframe);
@@ -185,15 +213,26 @@ proto::StoredBody encode_body_checkpoint(const session::Document::Checkpoint& ch
   message.set_last_content(checkpoint.last_content);
   message.set_epoch(checkpoint.material.epoch);
   message.set_last_epoch(checkpoint.last_epoch);
+  message.set_present_pins(arrays.number_of(checkpoint.pins));
   return message;
 }
 
 session::Document::Checkpoint decode_body_checkpoint(const proto::StoredBody& message,
                                                      session::Revision revision) {
-  std::vector<Pose> poses;
+  Arrays arrays;
   for (const auto& pose : message.poses())
-    poses.push_back(
+    arrays.poses.push_back(
         std::make_shared<const Eigen::VectorXd>(decode_points(pose, kField).reshaped()));
+  for (const auto& pins : message.pins()) {
+    std::optional<int> frames, nodes;
+    if (pins.shape_size() == 3) {
+      frames = to_whole<int>(pins.shape(0));
+      nodes = to_whole<int>(pins.shape(1));
+    }
+    if (!frames || !nodes) throw malformed("a checkpoint has pins of another shape");
+    arrays.pins.push_back(
+        std::make_shared<const Eigen::MatrixXd>(decode_motion(pins, kField, *nodes, *frames)));
+  }
   session::Document::Checkpoint read;
   read.revision = revision;
   const proto::Scene& scene = message.scene();
@@ -202,12 +241,13 @@ session::Document::Checkpoint decode_body_checkpoint(const proto::StoredBody& me
   read.dynamics = decode_stored(scene.dynamics());
   read.material = {decode_variables(scene.material_optimisation().variables()), message.epoch()};
   read.last_epoch = message.last_epoch();
+  read.pins = paths_at(message.present_pins(), arrays);
   for (const auto& constraint : scene.constraints())
     read.constraints.push_back(decode_constraint(constraint, kField));
   for (const auto& keyframe : message.keyframes())
-    read.keyframes.push_back(decode(keyframe, poses));
-  read.undo = decode_steps(message.undo(), poses);
-  read.redo = decode_steps(message.redo(), poses);
+    read.keyframes.push_back(decode(keyframe, arrays.poses));
+  read.undo = decode_steps(message.undo(), arrays);
+  read.redo = decode_steps(message.redo(), arrays);
   std::reverse(read.redo.begin(), read.redo.end());
   read.last_step = message.last_number();
   read.next_constraint = message.next_constraint();

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <memory>
+
 #include "server/kinds/bodies/keyframe.h"
 #include "server/wire/edits.h"
 
@@ -28,16 +30,23 @@ session::BodyEdit decode_set_ends(const proto::SetEnds& message, const std::stri
 }
 
 struct Poses {
-  const bodies::NodePositions& rest;
+  const scene::Scene& scene;
   const MeshLoader& load_mesh;
 };
+
+session::BodyEdit decode_set_pins(const proto::SetPins& message, const std::string& field,
+                                  const scene::Scene& scene) {
+  if (!message.has_pins()) return session::SetPins{};
+  return session::SetPins{std::make_shared<const Eigen::MatrixXd>(
+      decode_pin_paths(message.pins(), field + ".pins", scene))};
+}
 
 session::BodyEdit decode_add_keyframe(const proto::AddKeyframe& message, const std::string& field,
                                       const Poses& poses) {
   if (!message.has_keyframe()) throw invalid(field + ".keyframe", "missing");
   Faults faults(Faults::Mode::kThrow);
-  return session::AddKeyframe{decode_keyframe(message.keyframe(), field + ".keyframe", poses.rest,
-                                              poses.load_mesh, faults)};
+  return session::AddKeyframe{decode_keyframe(message.keyframe(), field + ".keyframe",
+                                              poses.scene.mesh.nodes, poses.load_mesh, faults)};
 }
 
 session::BodyEdit decode_body_edit(const proto::Edit& message, const std::string& field,
@@ -72,6 +81,8 @@ session::BodyEdit decode_body_edit(const proto::Edit& message, const std::string
       return decode_move_keyframe(message.move_keyframe(), field + ".move_keyframe");
     case proto::Edit::kRemoveKeyframe:
       return session::RemoveKeyframe{message.remove_keyframe().id()};
+    case proto::Edit::kSetPins:
+      return decode_set_pins(message.set_pins(), field + ".set_pins", poses.scene);
     case proto::Edit::kUndo:
       return session::Undo{whose(message.undo().anyone())};
     case proto::Edit::kRedo:
@@ -90,14 +101,14 @@ session::BodyEdit decode_body_edit(const proto::Edit& message, const std::string
 }  // namespace
 
 std::vector<session::BodyEdit> decode_edits(const proto::EditRequest& request,
-                                            const bodies::NodePositions& rest,
+                                            const scene::Scene& scene,
                                             const MeshLoader& load_mesh) {
   if (request.edits_size() == 0) throw invalid("edits", "a request needs at least one edit");
   std::vector<session::BodyEdit> edits;
   edits.reserve(static_cast<std::size_t>(request.edits_size()));
   for (int i = 0; i < request.edits_size(); ++i)
     edits.push_back(
-        decode_body_edit(request.edits(i), fmt::format("edits[{}]", i), {rest, load_mesh}));
+        decode_body_edit(request.edits(i), fmt::format("edits[{}]", i), {scene, load_mesh}));
   return edits;
 }
 

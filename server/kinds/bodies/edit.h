@@ -9,10 +9,11 @@
 
 namespace limber::server {
 
-/// @param rest, load_mesh  as decode_keyframe()
+/// @param scene  whose mesh, fixed nodes and frames poses and pins have; load_mesh  as
+/// decode_keyframe()
 /// @throws Refusal with fields "edits[i].add.constraint...."
 [[nodiscard]] std::vector<session::BodyEdit> decode_edits(const proto::EditRequest& request,
-                                                          const bodies::NodePositions& rest,
+                                                          const scene::Scene& scene,
                                                           const MeshLoader& load_mesh);
 [[nodiscard]] proto::EditResponse encode_receipt(const session::EditReceipt& receipt);
 

@@ -150,7 +150,7 @@ class BodyKind final : public Kind {
     return keyframe.has_file() || keyframe.has_path();
   }
   [[nodiscard]] bool may_be_large(const proto::Edit& edit) const override {
-    return edit.has_add_keyframe();
+    return edit.has_add_keyframe() || edit.has_set_pins();
   }
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
                             const SceneContext& context) const override {

@@ -22,6 +22,7 @@ void encode_modes(const spacetime::ModeDynamics& dynamics, double frames_per_sec
     mode.set_force_before(force.before);
     mode.set_force_centre(force.centre);
     mode.set_force_next(force.next);
+    mode.set_force_share(dynamics.force_weight(k) / dynamics.scale);
   }
 }
 

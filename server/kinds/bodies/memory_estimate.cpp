@@ -44,6 +44,12 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene, const scene::Mod
                              scene.mesh.tet_count());
 }
 
+/// As the scene has it and in SI units, and once more while it is made.
+std::uint64_t estimate_base_motion_bytes(const scene::Scene& scene) {
+  return static_cast<std::uint64_t>(3.0 * scene.mesh.node_count() * scene.frame_count * 3 *
+                                    sizeof(double));
+}
+
 std::uint64_t estimate_kept_bytes(const scene::Scene& scene) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
   const int candidates = scene::candidate_mode_count(scene);

@@ -15,6 +15,9 @@ namespace limber::server {
 [[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene,
                                                    const scene::ModelRequest& model);
 
+/// What a base motion adds to either where the scene has none [bytes].
+[[nodiscard]] std::uint64_t estimate_base_motion_bytes(const scene::Scene& scene);
+
 /// Memory of a session that is built [bytes]: modes, basis, the factor of the stiffness, per-tet
 /// operators, base motion, results, constraints and keyframes.
 [[nodiscard]] std::uint64_t estimate_kept_bytes(const scene::Scene& scene);

@@ -230,21 +230,23 @@ void BodyRecord::constraints_changed(std::size_t count) {
   constraints_ = count;
 }
 
-void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes) const {
+void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes,
+                               std::uint64_t more) const {
   const std::uint64_t limit = hub_.options.limits.session_bytes;
   int lanes = opened_.lanes;
   if (const auto session = attached_session())
     lanes = std::max(lanes, session->mode_choice().modes);
   const std::uint64_t bytes =
-      opened_.bytes + estimate_constraint_bytes(constraints, lanes) +
+      opened_.bytes + more + estimate_constraint_bytes(constraints, lanes) +
       estimate_keyframe_bytes(keyframes, std::max(opened_.keyframe_rows, lanes + 6), constraints,
                               lanes) +
       estimate_pose_bytes(keyframes, opened_.nodes, opened_.tets);
   if (bytes > limit) {
     throw limit_exceeded(
         "edits",
-        fmt::format("estimated bytes of the session with {} constraints{}", constraints,
-                    keyframes > 0 ? fmt::format(" and {} keyframes", keyframes) : ""),
+        fmt::format("estimated bytes of the session with {} constraints{}{}", constraints,
+                    keyframes > 0 ? fmt::format(" and {} keyframes", keyframes) : "",
+                    more > 0 ? " and animated pins" : ""),
         limit, bytes);
   }
 }

@@ -6,6 +6,7 @@
 #include "server/kinds/bodies/checkpoint.h"
 #include "server/kinds/bodies/edit.h"
 #include "server/kinds/bodies/limits.h"
+#include "server/kinds/bodies/memory_estimate.h"
 #include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/record.h"
 #include "server/wire/errors.h"
@@ -38,14 +39,20 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request,
                                      const session::Author& author) {
   const auto session = this->session();
   const auto edits =
-      decode_edits(request, session->unedited()->mesh.nodes,
+      decode_edits(request, *session->unedited(),
                    mesh_loader(opened_.resolve, mesh_read_limits(hub_.options.limits)));
   const std::size_t before = constraint_count();
   const auto after = count_after(before, edits);
   const std::size_t added = count_of<session::AddConstraint>(edits);
   const std::size_t poses = count_of<session::AddKeyframe>(edits);
-  if (added + poses > 0)
-    demand_memory(after.value_or(before + added), session->keyframes().size() + poses);
+  const bool moves_pins = std::any_of(edits.begin(), edits.end(), [](const auto& edit) {
+    const auto* const pins = std::get_if<session::SetPins>(&edit);
+    return pins != nullptr && pins->paths != nullptr;
+  });
+  if (added + poses > 0 || moves_pins) {
+    demand_memory(after.value_or(before + added), session->keyframes().size() + poses,
+                  moves_pins ? estimate_base_motion_bytes(*session->unedited()) : 0);
+  }
   const session::EditReceipt receipt = make_edits(request, edits, author);
   // Edits with poses may be worked on beside others.
   const bool known = after && poses == 0;
@@ -66,7 +73,8 @@ void BodyRecord::begin_at(const proto::StoredCheckpoint& checkpoint) {
   demand_document(checkpoint.has_body());
   const auto session = this->session();
   const auto read = decode_body_checkpoint(checkpoint.body(), checkpoint.revision());
-  demand_memory(read.constraints.size(), read.keyframes.size());
+  demand_memory(read.constraints.size(), read.keyframes.size(),
+                read.pins ? estimate_base_motion_bytes(*session->unedited()) : 0);
   session->begin_at(read);
   constraints_changed(read.constraints.size());
 }

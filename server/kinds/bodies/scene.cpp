@@ -275,25 +275,27 @@ void restore_origin(const bodies::NodePositions& nodes, Eigen::MatrixXd& displac
   displacements.colwise() += shift;
 }
 
-/// Numbers of a motion that a few pins make.
-constexpr double kMostOfPins = 2.5e8;
+}  // namespace
+
+Eigen::MatrixXd decode_pin_paths(const proto::Array& message, const std::string& field,
+                                 const scene::Scene& scene) {
+  if (scene.fixed_nodes.empty()) throw invalid(field, "the scene has no fixed nodes to animate");
+  return decode_motion(message, field, static_cast<int>(scene.fixed_nodes.size()),
+                       scene.frame_count);
+}
+
+namespace {
 
 Eigen::MatrixXd decode_pins(const proto::Array& message, const std::string& field,
                             const scene::Scene& scene) {
-  check_array(message, field, 3);
   if (scene.fixed_nodes.empty()) throw invalid(field, "the scene has no fixed nodes to animate");
   const int nodes = scene.mesh.node_count();
   std::set<int> distinct;
   for (const int node : scene.fixed_nodes)
     if (node < 0 || node >= nodes || !distinct.insert(node).second) return {};  // complained about
-  const auto pins = static_cast<int>(scene.fixed_nodes.size());
-  if (3.0 * nodes * scene.frame_count > kMostOfPins) {
-    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field,
-                  fmt::format("makes a motion of {} frames of {} nodes; there may be {:g} numbers",
-                              scene.frame_count, nodes, kMostOfPins));
-  }
-  const Eigen::MatrixXd positions = decode_motion(message, field, pins, scene.frame_count);
-  if (!positions.allFinite()) throw invalid(field, "has a number that is not finite");
+  const Eigen::MatrixXd positions = decode_pin_paths(message, field, scene);
+  if (const auto fault = scene::pins_fault(scene, positions))
+    throw Error(fault->code, field, fault->message);
   return scene::motion_of_pins(scene.mesh, scene.fixed_nodes, positions);
 }
 

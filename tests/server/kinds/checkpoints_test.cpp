@@ -45,6 +45,14 @@ struct Bodies {
   static Document::Checkpoint decode(const proto::StoredBody& message) {
     return decode_body_checkpoint(message, 7);
   }
+  /// Of the pins of small_scene(), aside by x.
+  static session::PinPaths paths(double x) {
+    const Document document = open();
+    const scene::Scene& scene = *document.unedited();
+    const Eigen::VectorXd rest = scene.mesh.nodes(Eigen::all, scene.fixed_nodes).reshaped();
+    return std::make_shared<const Eigen::MatrixXd>(
+        (rest.array() + x).matrix().replicate(1, scene.frame_count));
+  }
   static Edit random_edit(std::mt19937& random) {
     const int frame = static_cast<int>(1 + random() % 18);
     const double x = 0.1 * static_cast<double>(random() % 97) / 7;
@@ -58,7 +66,7 @@ struct Bodies {
     scene::Keyframe keyframe;
     keyframe.frame = frame;
     keyframe.pose = std::make_shared<const Eigen::VectorXd>(Eigen::VectorXd::Constant(84, x / 3));
-    switch (random() % 10) {
+    switch (random() % 11) {
       case 0:
       case 1:
         return session::AddConstraint{constraint};
@@ -79,6 +87,9 @@ struct Bodies {
         if (frame % 3 == 0) return session::RemoveKeyframe{id};
         if (frame % 3 == 1) return session::MoveKeyframe{id, frame, 3 + x};
         return session::AddKeyframe{keyframe};
+      case 8:
+        if (frame % 3 == 0) return session::SetPins{};
+        return session::SetPins{paths(x)};
       default:
         return session::MoveConstraint{id, {x, 0, 1}};
     }

@@ -9,6 +9,7 @@ from .. import checks
 from ..edits import PartialEdit, Vector, vector
 from ..errors import invalid
 from ..messages import scene, service
+from .motions import animated_pins
 from .picking import SurfacePointLike, to_message
 
 Axes = Union[str, None]  # "x", "yz", ...; None: all three
@@ -151,6 +152,15 @@ def ends(first: str, last: str | None = None) -> "service.Edit":
     for name, value in (("first", first), ("last", last)):
         checks.one_of(value, ENDS, name)
     return service.Edit(set_ends=service.SetEnds(first_end=ENDS[first], last_end=ENDS[last]))
+
+
+def move_pins(positions: Any) -> "service.Edit":
+    """Animated pins in place of the scene's base motion: paths of its fixed nodes, frames x fixed nodes x 3 in their order
+    [length unit], as limber.animated_pins(). None: the scene's base motion again."""
+    edit = service.Edit(set_pins=service.SetPins())
+    if positions is not None:
+        edit.set_pins.pins.CopyFrom(animated_pins(positions).pins)
+    return edit
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,8 @@ class ModalMotion:
     revision: int             # of that result
     smoothing_frames: float = 0.0  # the scene's force_smoothing
     force_scale: float = 1.0       # what energies of forces are multiplied by: they do not depend on the frame rate
+    # (r,) what the squares of each mode's forces count beside those of others: stiff modes less
+    force_shares: np.ndarray | float = 1.0
 
     @property
     def modes(self) -> np.ndarray:
@@ -52,8 +54,8 @@ class ModalMotion:
         that are free at the first frame cost more: what it takes to get there from rest.
         """
         changes = np.diff(np.pad(self.forces, ((1, 1), (0, 0))), axis=0)
-        squares = (self.forces ** 2).sum() + self.smoothing_frames ** 2 * (changes ** 2).sum()
-        return 0.5 * self.force_scale * float(squares)
+        squares = (self.forces ** 2).sum(axis=0) + self.smoothing_frames ** 2 * (changes ** 2).sum(axis=0)
+        return 0.5 * self.force_scale * float((self.force_shares * squares).sum())
 
 
 @dataclass(frozen=True)
@@ -86,13 +88,13 @@ def motion_of(session: "Session") -> ModalMotion:
     if not answer.HasField("coordinates") or not answer.HasField("candidates"):
         raise LimberError("FAILED_PRECONDITION", "there is no motion yet", "session")
     coordinates = arrays.to_numpy(answer.coordinates, "coordinates")
-    stiffness, damping, frequencies, *terms = (
+    stiffness, damping, frequencies, shares, *terms = (
         np.array([getattr(mode, name) for mode in answer.modes])
-        for name in ("stiffness", "damping", "frequency_hz", "force_before", "force_centre", "force_next"))
+        for name in ("stiffness", "damping", "frequency_hz", "force_share", "force_before", "force_centre", "force_next"))
     return ModalMotion(coordinates, stiffness, damping, frequencies, control_forces(coordinates, *terms),
                        arrays.to_numpy(answer.mixing, "mixing"), arrays.to_numpy(answer.candidates, "candidates"),
                        np.array(answer.candidate_frequencies_hz), answer.result.force_energy, answer.result.revision,
-                       answer.smoothing_frames, answer.force_scale or 1.0)
+                       answer.smoothing_frames, answer.force_scale or 1.0, np.where(shares > 0, shares, 1.0))
 
 
 def of(session: "Session", modes: int | None) -> Modal:

@@ -228,6 +228,11 @@ class Session(OpenSession):
                                          damping_ratio=damping_ratio, discretisation=discretisation,
                                          force_smoothing=force_smoothing, inertia=inertia)])
 
+    def move_pins(self, positions: Any) -> Receipt:
+        """Other paths of the fixed nodes, frames x fixed nodes x 3 [length unit]: limber.edits.move_pins(). None: the scene's base
+        motion again. The modes stay, and so do the constraints."""
+        return self.edit([edits.move_pins(positions)])
+
     def add_keyframe(self, *, frame: int, positions: Any, weight: float | None = None, exact: bool = False) -> Keyframe:
         """"In this frame, the body has this pose", as far as its modes can.
 

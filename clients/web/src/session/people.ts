@@ -15,6 +15,7 @@ const WORDS: Record<string, string> = {
   add_keyframe: "added a keyframe",
   move_keyframe: "moved a keyframe",
   remove_keyframe: "removed a keyframe",
+  set_pins: "moved the animated pins",
   pin_joint: "pinned or released a joint",
   set_joint_angle: "set the angle of a joint",
   set_mean_angle: "set the mean angle",

@@ -31,6 +31,7 @@ struct DocumentState {
   std::vector<scene::Keyframe> keyframes;
   scene::End first, last;
   scene::Dynamics dynamics;
+  PinPaths pins;
   bool operator==(const DocumentState& other) const {
     if (constraints.size() != other.constraints.size()) return false;
     for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -42,7 +43,7 @@ struct DocumentState {
     if (!std::equal(keyframes.begin(), keyframes.end(), other.keyframes.begin(),
                     other.keyframes.end(), alike))
       return false;
-    return first == other.first && last == other.last &&
+    return first == other.first && last == other.last && pins == other.pins &&
            dynamics.frames_per_second == other.dynamics.frames_per_second &&
            dynamics.period_frames == other.dynamics.period_frames &&
            dynamics.damping_ratio == other.dynamics.damping_ratio;
@@ -51,7 +52,7 @@ struct DocumentState {
 
 inline DocumentState state_of(const Document& document) {
   return {document.constraint_list(), document.keyframe_list(), document.first_end(),
-          document.last_end(), document.dynamics()};
+          document.last_end(), document.dynamics(), document.pins()};
 }
 
 }  // namespace limber::session::test

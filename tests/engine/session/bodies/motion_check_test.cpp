@@ -483,7 +483,8 @@ TEST(MotionCheck, TargetsBeyondReachAreReported) {
     EXPECT_THAT(message, HasSubstr("outside of what the model was trained for")) << lengths;
     if (lengths >= 10) {
       EXPECT_THAT(message, HasSubstr("The motion is far outside")) << lengths;
-      EXPECT_THAT(message, HasSubstr("The target in frame 20 is out of reach: it is ")) << lengths;
+      EXPECT_THAT(message, HasSubstr("Constraint 2 in frame 20 is out of reach: its target is "))
+          << lengths;
     }
     EXPECT_THAT(message, HasSubstr("Move targets nearer")) << lengths;
   }
@@ -586,8 +587,9 @@ TEST(MotionCheck, InvertedTetsAreReportedWithTheNumberOfFramesThatWereCompared) 
   EXPECT_THAT(describe_motion(check), Not(HasSubstr("out of reach")));
   check.farthest_target = 20 * check.length;
   check.farthest_target_frame = 9;
+  check.farthest_target_id = 4;
   EXPECT_THAT(describe_motion(check),
-              HasSubstr("The target in frame 9 is out of reach: it is 20 body lengths from rest"));
+              HasSubstr("Constraint 4 in frame 9 is out of reach: its target is 20 body lengths from rest"));
 }
 
 TEST(MotionCheck, AFittedMotionWithLargerStepsThanForcesAloneIsReported) {

@@ -270,7 +270,7 @@ TEST(SessionHardCase, TargetsTenBodyLengthsAway) {
   Live live(bent_bar());
   const auto far = live.edit({MoveConstraint{1, {0, 6, 0}}, MoveConstraint{2, {6, -6, 6}}});
   ASSERT_TRUE(far);
-  EXPECT_GT(far->report.max_constraint_error, 0.3);  // out of reach
+  EXPECT_GT(far->report.max_constraint_error, 1e-3);  // it is soft, and far
   EXPECT_EQ(live.recorder->fault(), "");
   // And back, as if nothing had happened.
   const double opened = test::solve_fresh(bent_bar(), test::shared_cache())->report.total_energy;

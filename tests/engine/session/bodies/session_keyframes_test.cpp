@@ -252,7 +252,7 @@ TEST(SessionKeyframes, ATwistFollowsEditsOfEndsAndDynamicsAndUndo) {
                 .maxCoeff(),
             1e-3 * 1.2);
   // A soft one has a part of its pose.
-  const auto soft = live.edit({MoveKeyframe{1, {}, 0.01}});
+  const auto soft = live.edit({MoveKeyframe{1, {}, 1e-5}});
   EXPECT_GT(soft->max_keyframe_error, tolerance);
   EXPECT_EQ(live.recorder->fault(), "");
 }

@@ -20,7 +20,7 @@ using test::settled;
 
 constexpr int kFrames = 30, kSteps = 30;
 constexpr int kPause = 8;  // steps from one pause to the next: there the modes may change
-constexpr double kPulled = 0.3, kTolerance = 0.01;
+constexpr double kPulled = 0.3, kTolerance = 0.015;
 // The edit itself, in a session that keeps its modes: a step with other modes is as large but for
 // what these change.
 constexpr double kOfEdit = 1.3;

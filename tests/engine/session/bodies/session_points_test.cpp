@@ -124,7 +124,7 @@ TEST(SessionPoints, OfTheCarriedSurfaceAreMetWhereTheFramesShowThem) {
 TEST(SessionPoints, SoftOnesHaveTheEnergyOfTheirMiss) {
   Live live(carrying_bar());
   scene::Constraint soft = on(15, {0, {0.3, 0.3, 0.4}}, {0.02, 0.2, 0.1});
-  soft.weight = 0.3;
+  soft.weight = 0.03;
   const auto result = live.edit({AddConstraint{soft}});
   ASSERT_TRUE(result);
   const scene::Scene scene = carrying_bar();

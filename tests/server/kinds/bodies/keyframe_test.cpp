@@ -126,7 +126,9 @@ TEST(KeyframeCodec, Edits) {
   move->set_frame(0);
   request.add_edits()->mutable_move_keyframe()->set_exact(true);
   request.add_edits()->mutable_remove_keyframe()->set_id(4);
-  const auto edits = decode_edits(request, rest(), load);
+  scene::Scene scene;
+  scene.mesh.nodes = rest();
+  const auto edits = decode_edits(request, scene, load);
   EXPECT_EQ(std::get<session::AddKeyframe>(edits[0]).keyframe.frame, 7);
   EXPECT_EQ(std::get<session::MoveKeyframe>(edits[1]).frame, 0);
   EXPECT_FALSE(std::get<session::MoveKeyframe>(edits[1]).weight.has_value());
@@ -139,7 +141,7 @@ TEST(KeyframeCodec, Edits) {
     proto::EditRequest one;
     change(*one.add_edits());
     try {
-      (void)decode_edits(one, rest(), load);
+      (void)decode_edits(one, scene, load);
     } catch (const Refusal& refusal) {
       return refusal.field();
     }
