@@ -1,8 +1,8 @@
 #include "engine/scene/pinned_motion.h"
 
+#include <fmt/format.h>
 #include <Eigen/SVD>
 #include <Eigen/SparseCholesky>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <set>

@@ -7,7 +7,8 @@
 
 namespace limber::spacetime {
 
-/// What ModeDynamics may have: one of the enumerators; 0 <= tau <= 1e6; c > 0.
+/// What ModeDynamics may have: one of the enumerators; 0 <= tau <= 1e6; c > 0, and w > 0 of each
+/// mode or of none.
 [[nodiscard]] bool is_discretisation(Discretisation value);
 [[nodiscard]] bool is_smoothing(double tau);
 /// c and the shares, of which there are none or one for each mode.

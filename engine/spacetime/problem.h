@@ -27,8 +27,8 @@ enum class Discretisation {
 
 /// Linear modal dynamics with the frame as the unit of time (paper: space-time editing, eqs. 3 and
 /// 17a): z'' + d z' + lambda z = 0 where no force acts. A mode of frequency omega and damping ratio
-/// zeta has lambda = omega^2 and d = 2 zeta omega. What is minimised, E_f, is the sum over the modes of
-/// c w/2 sum_i (f_i^2 + tau^2 (f_(i+1) - f_i)^2), f_i the forces on a mode (ForceRows).
+/// zeta has lambda = omega^2 and d = 2 zeta omega. What is minimised, E_f, is the sum over the
+/// modes of c w/2 sum_i (f_i^2 + tau^2 (f_(i+1) - f_i)^2), f_i the forces on a mode (ForceRows).
 struct ModeDynamics {
   Eigen::VectorXd stiffness;  // lambda, r, [1/frame^2], >= 0
   Eigen::VectorXd damping;    // d, r, [1/frame], >= 0

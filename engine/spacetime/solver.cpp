@@ -67,8 +67,9 @@ void validate(const ModeDynamics& dynamics) {
                        " must be in [0, 1e6] frames");
   }
   if (!are_force_weights(dynamics)) {
-    refuse_problem("dynamics.scale",
-                   "dynamics.scale must be > 0 and finite, and shares those of all modes or none");
+    refuse_problem(
+        "dynamics.scale",
+        "dynamics.scale and shares must be > 0 and finite, shares of all modes or of none");
   }
 }
 

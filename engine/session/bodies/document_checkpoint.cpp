@@ -91,9 +91,22 @@ void demand_given(const Document::Checkpoint& checkpoint) {
 }  // namespace
 
 Document::Checkpoint Document::checkpoint() const {
-  return {revision_,       first_end_,        last_end_,       dynamics_, material_,
-          pins_,           epochs_,           constraint_list(), keyframe_list(), next_id_,
-          keyframes_.next_id(), content_, contents_, steps_of(undo_), steps_of(redo_), steps_};
+  return {revision_,
+          first_end_,
+          last_end_,
+          dynamics_,
+          material_,
+          pins_,
+          epochs_,
+          constraint_list(),
+          keyframe_list(),
+          next_id_,
+          keyframes_.next_id(),
+          content_,
+          contents_,
+          steps_of(undo_),
+          steps_of(redo_),
+          steps_};
 }
 
 void Document::load(const Checkpoint& checkpoint) {

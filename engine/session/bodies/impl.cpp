@@ -163,7 +163,7 @@ void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) {
   search_.close(wait);
 }
 
-scene::Scene BodySession::Impl::scene() const {
+scene::Scene BodySession::Impl::scene(BaseMotionPart base) const {
   std::shared_ptr<const scene::Scene> unedited;
   std::vector<scene::Constraint> constraints;
   std::vector<scene::Keyframe> keyframes;
@@ -186,7 +186,12 @@ scene::Scene BodySession::Impl::scene() const {
     variables = document_.material().variables;
     pins = document_.pins();
   }
-  scene::Scene scene = scene::with_pins(*unedited, pins);
+  scene::Scene scene = *unedited;
+  if (base == BaseMotionPart::kLeftOut) {
+    scene.base_motion.resize(0, 0);
+  } else {
+    scene = scene::with_pins(std::move(scene), pins);
+  }
   scene.constraints = std::move(constraints);
   scene.keyframes = std::move(keyframes);
   scene.first_end = first_end;

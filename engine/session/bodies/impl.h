@@ -35,7 +35,7 @@ struct BodyOrder {
   Start start = Start::kWarm;
   std::uint64_t cold_request = 0;    // the newest contained, of this round or an earlier one
   bool is_with_fewer_modes = false;  // the solver must be made anew with those that are enough
-  bool is_with_other_pins = false;   // and so it must over another base motion
+  bool is_with_other_pins = false;   // the solver must be made anew: its base motion is another
 };
 
 class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
@@ -53,7 +53,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// SessionCore::cancel(), and the choice of modes.
   void cancel();
 
-  [[nodiscard]] scene::Scene scene() const;
+  enum class BaseMotionPart { kIncluded, kLeftOut };
+  [[nodiscard]] scene::Scene scene(BaseMotionPart base = BaseMotionPart::kIncluded) const;
   [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
                                           int frame_count) const;
   /// What the build leaves behind for readers.
@@ -103,7 +104,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   Built build_model(const JobContext& job);
   /// @param scene  outlives it
   [[nodiscard]] std::unique_ptr<LiveProblem> make_problem(
-      const scene::Scene& scene, const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
+      const scene::Scene& scene, const MappedBody& mapped,
+      std::shared_ptr<const reduced::ReducedModel> model,
       std::shared_ptr<const reduced::BaseMotion> base, int modes) const;
   [[nodiscard]] std::shared_ptr<const ShownBasis> make_shown(
       const MappedBody& mapped, const std::shared_ptr<const reduced::ReducedModel>& model) const;

@@ -17,7 +17,8 @@ namespace {
 constexpr int kLeastReach = 1;
 
 bool same_modes(const spacetime::Material& a, const spacetime::Material& b) {
-  return a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping &&
+  return a.dynamics.stiffness.size() == b.dynamics.stiffness.size() &&
+         a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping &&
          a.dynamics.discretisation == b.dynamics.discretisation;
 }
 
@@ -26,6 +27,15 @@ bool same_forces(const spacetime::Material& a, const spacetime::Material& b) {
   const Eigen::VectorXd &one = a.dynamics.shares, &other = b.dynamics.shares;
   return a.dynamics.smoothing == b.dynamics.smoothing && a.dynamics.scale == b.dynamics.scale &&
          one.size() == other.size() && one == other;
+}
+
+std::shared_ptr<const spacetime::Material> with_forces(const spacetime::Material& of,
+                                                       const spacetime::Material& forces) {
+  auto changed = std::make_shared<spacetime::Material>(of);
+  changed->dynamics.smoothing = forces.dynamics.smoothing;
+  changed->dynamics.scale = forces.dynamics.scale;
+  changed->dynamics.shares = forces.dynamics.shares;
+  return changed;
 }
 
 }  // namespace
@@ -66,12 +76,11 @@ void LiveProblem::start(const EditBatch& whole) {
   // Made anew after a failure: what was fitted is as good as it was.
   bool again = material_ && epoch_ == whole.material->epoch;
   if (again) {
-    const auto initial = mapped_material();
+    const auto initial = mapped_material(is_fitted(*material_));
     again = same_modes(*initial, *initial_) && same_forces(*initial, *initial_);
   }
   if (!again) {
-    material_ = initial_ = nullptr;
-    material_ = initial_ = mapped_material();
+    material_ = initial_ = mapped_material(false);
   }
   epoch_ = whole.material->epoch;
   unfinished_.reset();
@@ -118,7 +127,8 @@ void LiveProblem::apply(const EditBatch& batch) {
   }
   if (base_ && (batch.dynamics || batch.ends || batch.material)) solver_->set_load(load());
   if (batch.keyframes) set_keyframes(*batch.keyframes);
-  const bool may_move_poses = batch.keyframes || ((batch.ends || batch.dynamics) && added_);
+  const bool may_move_poses =
+      batch.keyframes || ((batch.ends || batch.dynamics || batch.material) && added_);
   if (may_move_poses && set_added()) {
     set_shift(nullptr);  // of shapes without these poses
     solver_->warm_start(solver_->motion(), spacetime::Known::kGuess);
@@ -137,47 +147,50 @@ void LiveProblem::enter_epoch(std::uint64_t epoch) {
 
 /// What was fitted to other modes starts anew from these. Other costs of forces leave it.
 void LiveProblem::set_dynamics() {
-  auto mapped = mapped_material();
+  auto mapped = mapped_material(is_fitted(*material_));
   if (same_modes(*mapped, *initial_)) {
     if (!same_forces(*mapped, *initial_)) set_forces(std::move(mapped));
     return;
   }
   fitted_.clear();
-  material_ = initial_ = nullptr;
-  initial_ = mapped_material();
-  reset_material();
+  material_ = nullptr;
+  initial_ = mapped_material(false);
+  set_material(initial_);
+}
+
+bool LiveProblem::is_fitted(const spacetime::Material& material) const {
+  return !same_modes(material, *initial_) || material.mixing.size() != initial_->mixing.size() ||
+         material.mixing != initial_->mixing;
 }
 
 /// Where a material is fitted, or was, forces count by themselves: by the displacements that they
 /// would hold, a fit would make modes cheap by making them stiff.
-std::shared_ptr<const spacetime::Material> LiveProblem::mapped_material() const {
+std::shared_ptr<const spacetime::Material> LiveProblem::mapped_material(bool is_fitted) const {
   spacetime::Material mapped = map_material(dynamics_, terms_.mode_count, *model_);
-  if (variables_ != scene::MaterialVariables::kMotion || material_ != initial_)
+  if (variables_ != scene::MaterialVariables::kMotion || is_fitted)
     mapped.dynamics.shares.resize(0);
   return std::make_shared<const spacetime::Material>(std::move(mapped));
 }
 
 void LiveProblem::set_forces(std::shared_ptr<const spacetime::Material> initial) {
-  const auto with_forces = [&](const std::shared_ptr<const spacetime::Material>& of) {
-    if (of == initial_) return initial;
-    spacetime::Material changed = *of;
-    changed.dynamics.smoothing = initial->dynamics.smoothing;
-    changed.dynamics.scale = initial->dynamics.scale;
-    changed.dynamics.shares = initial->dynamics.shares;
-    return std::make_shared<const spacetime::Material>(std::move(changed));
-  };
-  for (auto& [epoch, material] : fitted_) material = with_forces(material);
-  auto material = with_forces(material_);
+  for (auto& [epoch, material] : fitted_)
+    material = material == initial_ ? initial : with_forces(*material, *initial);
+  auto material = material_ == initial_ ? initial : with_forces(*material_, *initial);
   initial_ = std::move(initial);
   set_material(std::move(material));
 }
 
+/// Materials of earlier answers come back here: what forces cost is as it is now.
 void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
   unfinished_.reset();
-  // An earlier answer may have it as it was made for that.
-  if (same_modes(*material, *initial_) && same_forces(*material, *initial_) &&
-      material->mixing.size() == initial_->mixing.size() && material->mixing == initial_->mixing)
+  const bool fitted = is_fitted(*material);
+  if (auto mapped = mapped_material(fitted); !same_forces(*mapped, *initial_))
+    initial_ = std::move(mapped);
+  if (!fitted) {
     material = initial_;
+  } else if (!same_forces(*material, *initial_)) {
+    material = with_forces(*material, *initial_);
+  }
   if (material == material_) return;
   material_ = std::move(material);
   solver_->set_material(*material_);

@@ -167,7 +167,9 @@ class LiveProblem {
   [[nodiscard]] Eigen::MatrixXd load() const;
   /// As dynamics_ says.
   void set_dynamics();
-  [[nodiscard]] std::shared_ptr<const spacetime::Material> mapped_material() const;
+  [[nodiscard]] bool is_fitted(const spacetime::Material& material) const;
+  /// The scene's own. @param is_fitted  another one is in use
+  [[nodiscard]] std::shared_ptr<const spacetime::Material> mapped_material(bool is_fitted) const;
   /// Of the same modes, whose control forces cost otherwise.
   void set_forces(std::shared_ptr<const spacetime::Material> initial);
   void enter_epoch(std::uint64_t epoch);

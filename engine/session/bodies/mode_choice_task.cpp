@@ -273,8 +273,9 @@ void BodySession::Impl::use_fewer_modes(const EditBatch& whole, bool is_warm) {
   transfers_.push_back(Eigen::MatrixXd::Identity(rows, problem_->solver().motion().rows()));
   modes_ = fewer;
   if (tried_.rows() > rows) tried_ = Eigen::MatrixXd(tried_.topRows(rows));
-  renew_problem(make_problem(*scene_, full_body_->parts()->mapped, built->model, built->base, fewer), whole,
-                is_warm ? shift : nullptr, is_warm);
+  renew_problem(
+      make_problem(*scene_, full_body_->parts()->mapped, built->model, built->base, fewer), whole,
+      is_warm ? shift : nullptr, is_warm);
 }
 
 /// Published once more, without the question.

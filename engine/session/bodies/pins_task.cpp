@@ -47,19 +47,22 @@ void BodySession::Impl::use_pins(const EditBatch& whole, bool is_warm) {
         reduced::base_motion(parts->mapped.body, *built->model, parts->base));
   }
   auto problem = make_problem(*scene, parts->mapped, built->model, built->base, modes_);
+  if (is_warm && problem_->started()) problem->take_fitted(*problem_);
   full_body_ = std::make_shared<FullBody>(parts, built->model);
   set_shown(make_shown(parts->mapped, built->model));
   read([&] { built_ = std::move(built); });
-  renew_problem(std::move(problem), whole, nullptr, is_warm);
-  scene_ = scene;
+  // Of another problem.
+  asked_.reset();
+  searched_.resize(0, 0);
   pins_ = pins;
+  const auto before = std::exchange(scene_, scene);  // that the old problem reads
+  renew_problem(std::move(problem), whole, nullptr, is_warm);
 }
 
 void BodySession::Impl::renew_problem(std::unique_ptr<LiveProblem> problem, const EditBatch& whole,
                                       std::shared_ptr<const reduced::FrameShift> shift,
                                       bool is_warm) {
   const auto before = std::exchange(problem_, std::move(problem));
-  if (is_warm && before->started()) problem_->take_fitted(*before);
   problem_->start(whole);
   if (!is_warm || !before->started()) return;
   spacetime::Solver& solver = problem_->solver();

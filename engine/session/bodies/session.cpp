@@ -31,6 +31,13 @@ Revision BodySession::revision() const {
 }
 
 scene::Scene BodySession::scene() const { return impl_->scene(); }
+scene::Scene BodySession::scene_without_base_motion() const {
+  return impl_->scene(Impl::BaseMotionPart::kLeftOut);
+}
+
+PinPaths BodySession::pins() const {
+  return impl_->read([this] { return impl_->document().pins(); });
+}
 
 scene::Dynamics BodySession::dynamics() const {
   return impl_->read([this] { return impl_->document().dynamics(); });

@@ -167,6 +167,9 @@ class BodySession {
   [[nodiscard]] Progress progress() const;
   [[nodiscard]] Revision revision() const;   // newest accepted
   [[nodiscard]] scene::Scene scene() const;  // as edited up to revision(); the mesh included
+  /// The same without its base motion, which takes time where pins were edited.
+  [[nodiscard]] scene::Scene scene_without_base_motion() const;
+  [[nodiscard]] PinPaths pins() const;  // as edited; null: not
   [[nodiscard]] std::vector<scene::Constraint> constraints() const;
   [[nodiscard]] std::vector<scene::Keyframe> keyframes() const;
   /// Mesh, unit and all else that edits never change; without constraints and keyframes.

@@ -96,7 +96,8 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
 }
 
 std::unique_ptr<LiveProblem> BodySession::Impl::make_problem(
-    const scene::Scene& scene, const MappedBody& mapped, std::shared_ptr<const reduced::ReducedModel> model,
+    const scene::Scene& scene, const MappedBody& mapped,
+    std::shared_ptr<const reduced::ReducedModel> model,
     std::shared_ptr<const reduced::BaseMotion> base, int modes) const {
   auto keyframes = std::make_unique<KeyframeTargets>(scene, model);
   return std::make_unique<LiveProblem>(
@@ -147,8 +148,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
   if (round.order.batch.dynamics) dynamics_ = *round.order.batch.dynamics;
   if (round.order.is_with_other_pins || is_with_other_pins(round.order.batch)) {
     use_pins(round.order.batch, !round.order.is_whole);
-    if (round.order.is_with_fewer_modes)
-      use_fewer_modes(round.order.batch, !round.order.is_whole);
+    if (round.order.is_with_fewer_modes) use_fewer_modes(round.order.batch, !round.order.is_whole);
   } else if (round.order.is_with_fewer_modes) {
     use_fewer_modes(round.order.batch, !round.order.is_whole);
   } else if (round.order.is_whole) {

@@ -19,6 +19,7 @@ namespace {
 
 using Pose = std::shared_ptr<const Eigen::VectorXd>;
 constexpr const char* kField = "checkpoint";
+constexpr int kMostNodes = 1 << 28;  // three numbers each are counted in int
 
 /// Poses and paths of pins, each once: steps of undo share them.
 class ArrayBook {
@@ -173,8 +174,7 @@ session::Change decode(const proto::StoredBodyChange& message, const Arrays& arr
 }
 
 std::vector<session::ChangeSteps::Step> decode_steps(
-    const google::protobuf::RepeatedPtrField<proto::StoredBodyStep>& steps,
-    const Arrays& arrays) {
+    const google::protobuf::RepeatedPtrField<proto::StoredBodyStep>& steps, const Arrays& arrays) {
   std::vector<session::ChangeSteps::Step> list;
   for (const auto& step : steps) {
     auto group = std::make_shared<session::ChangeGroup>();
@@ -229,7 +229,8 @@ session::Document::Checkpoint decode_body_checkpoint(const proto::StoredBody& me
       frames = to_whole<int>(pins.shape(0));
       nodes = to_whole<int>(pins.shape(1));
     }
-    if (!frames || !nodes) throw malformed("a checkpoint has pins of another shape");
+    if (!frames || !nodes || *frames < 1 || *nodes < 1 || *nodes > kMostNodes)
+      throw malformed("a checkpoint has pins of another shape");
     arrays.pins.push_back(
         std::make_shared<const Eigen::MatrixXd>(decode_motion(pins, kField, *nodes, *frames)));
   }

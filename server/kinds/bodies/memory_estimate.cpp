@@ -46,6 +46,7 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene, const scene::Mod
 
 /// As the scene has it and in SI units, and once more while it is made.
 std::uint64_t estimate_base_motion_bytes(const scene::Scene& scene) {
+  if (scene.base_motion.size() > 0) return 0;
   return static_cast<std::uint64_t>(3.0 * scene.mesh.node_count() * scene.frame_count * 3 *
                                     sizeof(double));
 }

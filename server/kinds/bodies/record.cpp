@@ -58,24 +58,30 @@ std::shared_ptr<BodyFrames> BodyRecord::frames_of(
 
 void BodyRecord::add_scene(const proto::GetSessionRequest& request,
                            proto::GetSessionResponse& response) const {
-  const scene::Scene scene = session()->scene();
+  const auto session = this->session();
+  const scene::Scene scene = session->scene_without_base_motion();
+  const session::PinPaths pins = session->pins();
+  const Eigen::MatrixXd& motion = session->unedited()->base_motion;
   auto& message = *response.mutable_scene();
   message = encode_scene(scene);
   if (opened_.mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET)
     *message.mutable_mesh() = opened_.mesh_source;
+  // Edited paths are short, and in no file that a client has.
+  if (pins) *message.mutable_base_motion()->mutable_pins() = encode_motion(*pins);
   if (!request.with_base_motion()) {
-    response.set_base_motion_left_out(scene.base_motion.size() > 0);
+    response.set_base_motion_left_out(!pins && motion.size() > 0);
     return;
   }
   const std::uint64_t bytes =
-      (static_cast<std::uint64_t>(scene.base_motion.size()) +
+      (static_cast<std::uint64_t>(pins ? 0 : motion.size()) +
        scene.keyframes.size() * static_cast<std::uint64_t>(scene.mesh.nodes.size())) *
       sizeof(double);
   const std::uint64_t limit = hub_.options.transport.message_bytes;
   if (bytes > limit)
     throw limit_exceeded("with_base_motion", "bytes of the motion and poses", limit, bytes);
   encode_poses(scene, message);
-  if (scene.base_motion.size() > 0) *message.mutable_base_motion() = encode_base_motion(scene);
+  if (!pins && motion.size() > 0)
+    *message.mutable_base_motion() = encode_base_motion(*session->unedited());
 }
 
 bool BodyRecord::add_start(proto::Scene& scene) const {
@@ -128,7 +134,7 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
     exports_.begin(std::move(newest));
   }
   const auto result = exports_.find(request.part() == 0 ? 0 : request.result_sequence());
-  const double fps = session->scene().dynamics.frames_per_second;
+  const double fps = session->dynamics().frames_per_second;
   const auto positions = [&](int first, int count) {
     return session->positions(*result, first, count);
   };
@@ -230,12 +236,15 @@ void BodyRecord::constraints_changed(std::size_t count) {
   constraints_ = count;
 }
 
-void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes,
-                               std::uint64_t more) const {
+void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes, Pins pins) const {
+  std::uint64_t more = 0;
   const std::uint64_t limit = hub_.options.limits.session_bytes;
   int lanes = opened_.lanes;
-  if (const auto session = attached_session())
+  if (const auto session = attached_session()) {
     lanes = std::max(lanes, session->mode_choice().modes);
+    const scene::Scene& scene = *session->unedited();
+    if (pins == Pins::kEdited || session->pins()) more = estimate_base_motion_bytes(scene);
+  }
   const std::uint64_t bytes =
       opened_.bytes + more + estimate_constraint_bytes(constraints, lanes) +
       estimate_keyframe_bytes(keyframes, std::max(opened_.keyframe_rows, lanes + 6), constraints,

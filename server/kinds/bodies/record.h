@@ -67,8 +67,8 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   [[nodiscard]] std::size_t constraint_count() const;
   /// @throws Refusal LIMIT_EXCEEDED if so many constraints and keyframes would take the session
   /// beyond its memory
-  /// @param more  bytes beyond those of the opened scene, constraints and keyframes
-  void demand_memory(std::size_t constraints, std::size_t keyframes, std::uint64_t more) const;
+  enum class Pins { kAsTheyAre, kEdited };
+  void demand_memory(std::size_t constraints, std::size_t keyframes, Pins pins) const;
   [[nodiscard]] proto::GetMaterialResponse material(const proto::GetMaterialRequest& request) const;
   [[nodiscard]] proto::ExplainResponse explanation() const;
   [[nodiscard]] proto::SolveColdResponse solve_cold();

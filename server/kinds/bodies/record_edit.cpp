@@ -6,7 +6,6 @@
 #include "server/kinds/bodies/checkpoint.h"
 #include "server/kinds/bodies/edit.h"
 #include "server/kinds/bodies/limits.h"
-#include "server/kinds/bodies/memory_estimate.h"
 #include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/record.h"
 #include "server/wire/errors.h"
@@ -51,7 +50,7 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request,
   });
   if (added + poses > 0 || moves_pins) {
     demand_memory(after.value_or(before + added), session->keyframes().size() + poses,
-                  moves_pins ? estimate_base_motion_bytes(*session->unedited()) : 0);
+                  moves_pins ? Pins::kEdited : Pins::kAsTheyAre);
   }
   const session::EditReceipt receipt = make_edits(request, edits, author);
   // Edits with poses may be worked on beside others.
@@ -74,7 +73,7 @@ void BodyRecord::begin_at(const proto::StoredCheckpoint& checkpoint) {
   const auto session = this->session();
   const auto read = decode_body_checkpoint(checkpoint.body(), checkpoint.revision());
   demand_memory(read.constraints.size(), read.keyframes.size(),
-                read.pins ? estimate_base_motion_bytes(*session->unedited()) : 0);
+                read.pins ? Pins::kEdited : Pins::kAsTheyAre);
   session->begin_at(read);
   constraints_changed(read.constraints.size());
 }

@@ -82,11 +82,10 @@ struct DecodedScene {
 /// The base motion of a scene that has one, as positions.
 [[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
 
-/// Paths of the scene's fixed nodes, 3 fixed x frames [scene unit]; scene::pins_fault() says what is
-/// wrong with their numbers.
+/// Paths of the scene's fixed nodes, 3 fixed x frames [scene unit]; scene::pins_fault() says what
+/// is wrong with their numbers.
 [[nodiscard]] Eigen::MatrixXd decode_pin_paths(const proto::Array& message,
-                                               const std::string& field,
-                                               const scene::Scene& scene);
+                                               const std::string& field, const scene::Scene& scene);
 
 /// @param field  path of the start, for errors
 [[nodiscard]] std::shared_ptr<const scene::StartMotion> decode_start(const proto::Scene& message,

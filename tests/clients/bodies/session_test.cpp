@@ -189,6 +189,18 @@ TEST_F(BodyClient, KeyframesAreAddedMovedAndRemoved) {
   EXPECT_EQ(body.keyframes()[0].frame(), 30U);
   EXPECT_EQ(body.keyframes()[0].weight(), 10);
   body.remove_keyframes({id});
+  // The scene has no fixed nodes of so many paths: the field shows what was sent.
+  v1::Array paths;
+  paths.set_type(v1::DATA_TYPE_FLOAT64);
+  for (const int extent : {1, 1, 3}) paths.add_shape(extent);
+  paths.set_data(std::string(24, '\0'));
+  try {
+    body.move_pins(paths);
+    ADD_FAILURE() << "was accepted";
+  } catch (const ClientError& error) {
+    EXPECT_THAT(error.field(), ::testing::StartsWith("edits[0].set_pins.pins"));
+  }
+  body.move_pins({});
   EXPECT_TRUE(body.keyframes().empty());
 }
 

@@ -166,19 +166,35 @@ TEST(ForceRows, HaveTheEnergyOfTheirDefinition) {
     for (double& value : z.reshaped()) value = random.uniform(-1, 1);
     for (const auto form : {Discretisation::kDifferences, Discretisation::kSampled}) {
       for (const double smoothing : {0.0, 0.3, 8.0}) {
-        const ModeDynamics dynamics = four_modes(form, smoothing);
-        double expected = 0;
+        ModeDynamics dynamics = four_modes(form, smoothing);
+        const Eigen::Vector4d shares(1, 0.3, 1e-3, 1e-6);
+        double expected = 0, shared = 0;
         for (Eigen::Index k = 0; k < 4; ++k) {
           const DenseVector row = z.row(k).transpose().cast<Real>();
-          expected +=
+          const auto energy =
               static_cast<double>((dense_forces(dynamics, k, frames) * row).squaredNorm() / 2);
+          expected += energy;
+          shared += shares[k] * energy;
         }
         EXPECT_NEAR(force_energy(dynamics, z), expected, 1e-11 * expected)
             << frames << " " << smoothing;
         EXPECT_GT(expected, 0);
+        dynamics.shares = shares;
+        EXPECT_NEAR(force_energy(dynamics, z), shared, 1e-11 * shared) << frames;
       }
     }
   }
+}
+
+TEST(ForceRows, RefuseSharesOfSomeModes) {
+  ModeDynamics dynamics = four_modes(Discretisation::kSampled, 1);
+  EXPECT_TRUE(are_force_weights(dynamics));
+  dynamics.shares = Eigen::Vector3d(1, 1, 1);
+  EXPECT_FALSE(are_force_weights(dynamics));
+  dynamics.shares = Eigen::Vector4d(1, 1, 0, 1);
+  EXPECT_FALSE(are_force_weights(dynamics));
+  dynamics.shares = Eigen::Vector4d(1, 2, 3, 4);
+  EXPECT_TRUE(are_force_weights(dynamics));
 }
 
 TEST(ForceRows, AreThoseOfThePublishedFormWithoutSmoothing) {

@@ -159,7 +159,7 @@ export class LiveSession {
       session: this.reference,
       withScene: true,
     });
-    this.hasBaseMotion = baseMotionLeftOut;
+    this.hasBaseMotion = baseMotionLeftOut || scene?.baseMotion !== undefined;
     if (scene) this.takeScene(scene, status?.revision ?? 0n);
     if (status) this.takeStatus(status);
     if (status?.result) this.enqueue(() => this.fetchMotion());
@@ -311,11 +311,12 @@ export class LiveSession {
     if (this.sceneTimer || this.isClosed) return;
     this.sceneTimer = window.setTimeout(async () => {
       try {
-        const { status, scene } = await this.connection.call("getSession", {
+        const { status, scene, baseMotionLeftOut } = await this.connection.call("getSession", {
           session: this.reference,
           withScene: true,
         });
         this.sceneTimer = 0;
+        this.hasBaseMotion = baseMotionLeftOut || scene?.baseMotion !== undefined;
         if (scene && !this.isClosed) this.takeScene(scene, status?.revision ?? 0n);
         if (this.sceneRevision < this.revision) this.scheduleScene();
       } catch {

@@ -19,7 +19,8 @@ export function restored(edited: Scene, kept: Kept): { scene: Scene; missing: st
   const { opened } = kept;
   if (opened?.mesh) scene.mesh = opened.mesh;
   if (!scene.mesh?.source.case) missing.push("its mesh");
-  if (opened?.baseMotion) scene.baseMotion = opened.baseMotion;
+  // Edited paths of pins come with the scene.
+  if (opened?.baseMotion && !scene.baseMotion?.source.case) scene.baseMotion = opened.baseMotion;
   if (kept.hasBaseMotion && !scene.baseMotion) missing.push("its base motion");
   if (opened?.surface) scene.surface = opened.surface;
   if (kept.hasSurface && !scene.surface) missing.push("its surface");

@@ -52,7 +52,7 @@ struct DocumentState {
 
 inline DocumentState state_of(const Document& document) {
   return {document.constraint_list(), document.keyframe_list(), document.first_end(),
-          document.last_end(), document.dynamics(), document.pins()};
+          document.last_end(),        document.dynamics(),      document.pins()};
 }
 
 }  // namespace limber::session::test

@@ -588,8 +588,10 @@ TEST(MotionCheck, InvertedTetsAreReportedWithTheNumberOfFramesThatWereCompared) 
   check.farthest_target = 20 * check.length;
   check.farthest_target_frame = 9;
   check.farthest_target_id = 4;
-  EXPECT_THAT(describe_motion(check),
-              HasSubstr("Constraint 4 in frame 9 is out of reach: its target is 20 body lengths from rest"));
+  EXPECT_THAT(
+      describe_motion(check),
+      HasSubstr(
+          "Constraint 4 in frame 9 is out of reach: its target is 20 body lengths from rest"));
 }
 
 TEST(MotionCheck, AFittedMotionWithLargerStepsThanForcesAloneIsReported) {

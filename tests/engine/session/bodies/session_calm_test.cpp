@@ -127,6 +127,29 @@ TEST(SessionCalm, NeighbouringExactKeysThatThrowTheBodyAreNamed) {
   EXPECT_THAT(result->report.message, Not(HasSubstr("thrown")));
 }
 
+/// Forces count as displacements while nothing is fitted, and by themselves from a fit on.
+TEST(SessionCalm, UndoOfAFitComesBackToForcesThatCountAsDisplacements) {
+  Live live(keyed_bar(24, false));
+  const auto first = checked(live);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->material->dynamics.shares.size(), first->material->dynamics.stiffness.size());
+  const auto fitted = live.edit({SetMaterialVariables{scene::MaterialVariables::kDynamics}});
+  EXPECT_EQ(fitted->material->dynamics.shares.size(), 0);
+  const auto back = live.edit({Undo{}});
+  EXPECT_EQ(back->material, back->initial_material) << "nothing is fitted";
+  EXPECT_EQ(back->material->dynamics.shares, first->material->dynamics.shares);
+  scene::DynamicsRequest smoother{24, kPeriod * 24, 0.7, {}, 0.8};
+  const auto smooth = live.edit({SetDynamics{smoother}});
+  EXPECT_EQ(smooth->material->dynamics.shares, first->material->dynamics.shares);
+  const auto again = live.edit({SetMaterialVariables{scene::MaterialVariables::kDynamics}});
+  EXPECT_EQ(again->material->dynamics.shares.size(), 0);
+  const auto frozen = live.edit({SetMaterialVariables{scene::MaterialVariables::kMotion}});
+  EXPECT_EQ(frozen->material->dynamics.stiffness, again->material->dynamics.stiffness);
+  EXPECT_EQ(frozen->material->dynamics.shares.size(), 0);
+  const auto reset = live.edit({ResetMaterial{}});
+  EXPECT_EQ(reset->material->dynamics.shares, first->material->dynamics.shares);
+}
+
 TEST(SessionCalm, LivelierMotionsSwingOn) {
   Live live(keyed_bar(24, true));
   const auto calm = checked(live);

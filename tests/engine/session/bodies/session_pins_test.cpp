@@ -84,9 +84,9 @@ TEST(SessionPins, AreAsOfASceneThatWasOpenedWithThem) {
   const PinPaths paths = turned(scene, 0.4, 0.15);
   const auto edited = live.edit({SetPins{paths}});
   EXPECT_EQ(edited->report.status, spacetime::SolveStatus::kConverged) << edited->report.message;
-  EXPECT_LT((test::tip_at(live.session, *edited, 25) - scene.mesh.nodes.col(kTip) - tip.target)
-                .norm(),
-            1e-5);
+  EXPECT_LT(
+      (test::tip_at(live.session, *edited, 25) - scene.mesh.nodes.col(kTip) - tip.target).norm(),
+      1e-5);
   const scene::Scene saved = live.session.scene();
   ASSERT_EQ(saved.base_motion.cols(), kPinnedFrames);
   Live fresh(saved);
@@ -134,13 +134,28 @@ TEST(SessionPins, KeepWhatWasFitted) {
   EXPECT_EQ(moved->material->dynamics.stiffness, frozen->material->dynamics.stiffness);
 }
 
+TEST(SessionPins, AnswersOfTheModelAloneAndLoopsFollowToo) {
+  scene::Scene scene = free_bar();
+  SessionOptions reduced;
+  reduced.exactness = Exactness::kReduced;
+  Live live(scene, reduced);
+  (void)live.recorder->wait_final(0);
+  const auto moved = live.edit({SetPins{turned(scene, 0.5, 0.2)}});
+  EXPECT_LT(distance_from_turned(live, *moved, scene, 0.5, 0.2), 1e-3);
+  // Edits of all kinds in one request, pins among them.
+  const auto looped =
+      live.edit({SetEnds{End::kCyclic, End::kCyclic}, SetDynamics{{30, 20, 0.5}},
+                 AddConstraint{held(20, kTip, {0, 0.1, 0.1})}, SetPins{turned(scene, 0, 0.1)}});
+  EXPECT_EQ(looped->report.status, spacetime::SolveStatus::kConverged) << looped->report.message;
+  EXPECT_LT(looped->report.max_constraint_error, 0.01);
+}
+
 TEST(SessionPins, WhatIsWrongIsNamed) {
   const scene::Scene scene = free_bar();
   Live live(scene);
   const auto refused = [](Eigen::MatrixXd paths, Live& of) {
     try {
-      (void)of.session.edit(
-          {SetPins{std::make_shared<const Eigen::MatrixXd>(std::move(paths))}});
+      (void)of.session.edit({SetPins{std::make_shared<const Eigen::MatrixXd>(std::move(paths))}});
     } catch (const Error& error) {
       EXPECT_EQ(error.field(), "edits[0].set_pins.pins");
       return std::string(error.what());
