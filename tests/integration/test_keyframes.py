@@ -36,13 +36,13 @@ def test_a_pose_of_the_bar_is_met_elsewhere_in_time(session, motion):
     assert result.converged and result.status == "CONVERGED", result.message
     assert 0 < result.max_keyframe_error < 1e-2 * LENGTH
     assert missed(session, motion[30], 20) == pytest.approx(result.max_keyframe_error, abs=1e-4)
-    receipt = keyframe.move(25, weight=10)
+    receipt = keyframe.move(25, weight=1e-4)
     assert receipt.keyframe_ids == (keyframe.id,) and receipt.constraint_ids == (0,)
     softer = session.wait()
     assert softer.max_keyframe_error > result.max_keyframe_error
     assert missed(session, motion[30], 25) == pytest.approx(softer.max_keyframe_error, abs=1e-4)
     [listed] = session.keyframes()
-    assert (listed.id, listed.frame, listed.weight) == (keyframe.id, 25, 10)
+    assert (listed.id, listed.frame, listed.weight) == (keyframe.id, 25, 1e-4)
     session.undo()
     assert session.keyframes()[0].weight == float("inf")
     assert session.wait().max_keyframe_error == pytest.approx(result.max_keyframe_error, rel=1e-3)

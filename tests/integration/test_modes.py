@@ -47,7 +47,8 @@ def unnamed(server):
 def test_an_edit_that_needs_more_modes_while_a_second_client_reads_frames(unnamed):
     unnamed.add(node=tip_of(unnamed), frame=30, displacement=(0, 0, 0.3), weight=HARD)
     unnamed.wait(until="checked")
-    assert choice_of(unnamed).state == service.ModeChoice.STATE_SETTLED and choice_of(unnamed).modes == 30
+    before = choice_of(unnamed)
+    assert before.state == service.ModeChoice.STATE_SETTLED and 30 <= before.modes <= 45
     reader = limber.connect(unnamed.connection.endpoint).session(unnamed.reference)
     shapes, stop, faults = [], threading.Event(), []
 
@@ -73,10 +74,10 @@ def test_an_edit_that_needs_more_modes_while_a_second_client_reads_frames(unname
     assert not faults and not thread.is_alive()
     assert last.revision == first.revision == edited.revision
     choice = choice_of(unnamed)
-    assert choice.modes > 30, choice.reason
-    assert last.energy < first.energy * 0.99 and "in place of 30" in last.message
+    assert choice.modes > before.modes, choice.reason
+    assert last.energy < first.energy * 0.99 and f"in place of {before.modes}" in last.message
     energies = [one.energy for one in choice.energies]
-    assert energies == sorted(energies, reverse=True) and [one.modes for one in choice.energies][0] == 30
+    assert energies == sorted(energies, reverse=True) and [one.modes for one in choice.energies][0] == before.modes
     assert {hash for revision, hash in shapes if revision == last.revision}
 
 
@@ -134,6 +135,8 @@ def test_explains_modes_and_first_pictures(unnamed, cli):
 
 
 def test_explains_fewer_modes_that_would_do(unnamed):
+    # Forces that count by themselves want few modes.
+    unnamed.dynamics(discretisation="differences", damping_ratio=0, force_smoothing=0)
     unnamed.add(node=tip_of(unnamed), frame=30, displacement=(0, 0, 0.3))
     unnamed.wait(until="checked")
     fewer = choice_of(unnamed).fewer

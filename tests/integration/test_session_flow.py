@@ -27,7 +27,7 @@ def test_open_edit_wait_frames(session):
     motion = session.frames()
     assert motion.shape == (60, 63, 3) and np.isfinite(motion).all()
     error = np.abs(motion[30, tip] - rest[tip] - (0, 0, 0.4)).max()
-    assert error == pytest.approx(result.max_error, abs=1e-4)
+    assert error == pytest.approx(result.max_error, abs=3e-4)
     assert error < 0.1, "the soft constraint pulls the tip most of the distance"
     np.testing.assert_allclose(motion[0], rest, atol=1e-4)   # both ends are pinned in position and velocity
     np.testing.assert_allclose(motion[1], rest, atol=1e-4)

@@ -132,18 +132,16 @@ namespace {
 
 /// Makes E_f the same at every frame rate: at equal seconds it is proportional to frames per
 /// second^-3 in frames. Of bodies faster than by default it is the same in swings: static forces
-/// would grow with the fourth power of the frequency, and soft targets would not be met. A
-/// hundredth, so that two equal soft keys hold the body between them as exact ones do
-/// (limber-bench calm, `least`).
+/// would grow with the fourth power of the frequency, and soft targets would not be met.
 double force_scale(const scene::Dynamics& dynamics, double lowest_eigenvalue) {
-  constexpr double kShare = 0.01, kLeast = 1e-12, kMost = 1e12;
+  constexpr double kLeast = 1e-12, kMost = 1e12;
   const scene::Dynamics usual;
   const double period = dynamics.period_frames > 0
                             ? dynamics.period_frames / dynamics.frames_per_second
                             : 2 * std::numbers::pi / std::sqrt(lowest_eigenvalue);  // [s]
   const double swings = std::min(1.0, period * usual.frames_per_second / usual.period_frames);
   const double ratio = dynamics.frames_per_second / usual.frames_per_second * swings;
-  return std::clamp(kShare * ratio * ratio * ratio, kLeast, kMost);
+  return std::clamp(ratio * ratio * ratio, kLeast, kMost);
 }
 
 /// Forces count as the displacements that they would hold, f / lambda: among all poses that meet a
