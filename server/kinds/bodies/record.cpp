@@ -16,6 +16,7 @@
 #include "server/kinds/bodies/scene.h"
 #include "server/log/log.h"
 #include "server/runtime/job_guard.h"
+#include "server/wire/arrays.h"
 #include "server/wire/errors.h"
 #include "server/wire/file_stem.h"
 

@@ -1,6 +1,7 @@
 // Pins that follow paths which are edited live, from the edit to the frames that a client gets.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <limits>
 #include <numbers>
 
