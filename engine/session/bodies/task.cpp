@@ -146,14 +146,13 @@ void BodySession::Impl::solve_failed(const Round& round, const std::string& reas
 std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Round& round) {
   note_edited(round.order.batch);
   if (round.order.batch.dynamics) dynamics_ = *round.order.batch.dynamics;
-  if (round.order.is_with_other_pins || is_with_other_pins(round.order.batch)) {
-    use_pins(round.order.batch, !round.order.is_whole);
-    if (round.order.is_with_fewer_modes) use_fewer_modes(round.order.batch, !round.order.is_whole);
-  } else if (round.order.is_with_fewer_modes) {
+  const bool is_moved = round.order.is_with_other_pins || is_with_other_pins(round.order.batch);
+  if (is_moved) use_pins(round.order.batch, !round.order.is_whole);
+  if (round.order.is_with_fewer_modes) {
     use_fewer_modes(round.order.batch, !round.order.is_whole);
-  } else if (round.order.is_whole) {
+  } else if (!is_moved && round.order.is_whole) {
     problem_->start(round.order.batch);
-  } else {
+  } else if (!is_moved) {
     problem_->apply(round.order.batch);
   }
   from_rest_ = round.order.is_whole || round.order.start == BodyOrder::Start::kCold;

@@ -65,9 +65,9 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   void adopt_model() override;
   void take_ended_jobs(std::vector<JobId>& jobs) override;
   [[nodiscard]] std::size_t constraint_count() const;
+  enum class Pins { kAsTheyAre, kEdited };
   /// @throws Refusal LIMIT_EXCEEDED if so many constraints and keyframes would take the session
   /// beyond its memory
-  enum class Pins { kAsTheyAre, kEdited };
   void demand_memory(std::size_t constraints, std::size_t keyframes, Pins pins) const;
   [[nodiscard]] proto::GetMaterialResponse material(const proto::GetMaterialRequest& request) const;
   [[nodiscard]] proto::ExplainResponse explanation() const;

@@ -288,7 +288,6 @@ namespace {
 
 Eigen::MatrixXd decode_pins(const proto::Array& message, const std::string& field,
                             const scene::Scene& scene) {
-  if (scene.fixed_nodes.empty()) throw invalid(field, "the scene has no fixed nodes to animate");
   const int nodes = scene.mesh.node_count();
   std::set<int> distinct;
   for (const int node : scene.fixed_nodes)
