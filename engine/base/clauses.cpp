@@ -9,4 +9,9 @@ void append_clause(std::string& message, const std::string& clause) {
   message += clause;
 }
 
+void add_sentence(std::string& message, const std::string& sentence) {
+  if (!message.empty() && !sentence.empty()) message += message.back() == '.' ? " " : ". ";
+  message += sentence;
+}
+
 }  // namespace limber

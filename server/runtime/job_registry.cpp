@@ -151,6 +151,8 @@ proto::Reply JobRegistry::reply_of(const Job& job) {
   if (job.product.tetrahedralization)
     *response->mutable_tetrahedralization() = *job.product.tetrahedralization;
   if (job.product.beams) *response->mutable_beams() = *job.product.beams;
+  if (job.product.discretisation_error)
+    *response->mutable_discretisation_error() = *job.product.discretisation_error;
   for (const auto& file : job.product.files) *response->add_files() = file;
   return reply;
 }

@@ -31,6 +31,7 @@ struct JobProduct {
   std::optional<proto::TetrahedralizationReport> tetrahedralization;
   std::vector<proto::Issue> issues;
   std::optional<proto::BeamSolution> beams;
+  std::optional<proto::DiscretisationError> discretisation_error;
   std::vector<proto::ExportedFile> files;
 };
 

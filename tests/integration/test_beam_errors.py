@@ -1,5 +1,6 @@
 """The error of a structure's elements: told behind every final result, and kept below a tolerance."""
 
+import json
 import os
 from pathlib import Path
 
@@ -70,12 +71,28 @@ def test_a_tolerance_chooses_the_elements(server):
     limit.close()
 
 
+def test_a_solution_tells_its_error_as_a_session_does(server, arm, cli, tmp_path):
+    error = server.solve_beams(cantilever(4, 10)).discretisation_error
+    known = arm.wait(until="checked").discretisation_error
+    for name in ("position_error", "max_distance", "energy_error", "moment_error"):
+        assert getattr(error, name) == pytest.approx(getattr(known, name), rel=1e-6), name
+    assert (error.worst_node, error.elements) == (4, 4) and error.tolerance == 0
+    coarse = server.solve_beams(cantilever(1, 10))
+    assert coarse.discretisation_error.position_error > 0.01 and "use shorter elements" in coarse.message
+    quick = server.solve_beams(cantilever(1, 10), estimate=False)
+    assert quick.discretisation_error is None and "shorter" not in quick.message
+    file = tmp_path / "arm.json"
+    file.write_text(json.dumps(cantilever(1, 10)))
+    assert "elements     positions off by" in cli("beams", str(file)).stdout
+    assert "elements     " not in cli("beams", str(file), "--no-estimate").stdout
+
+
 def test_explicit_elements_win(server, cli):
     scene = limber.beam_scene(cantilever(2), elements_per_member=2, tolerance=1e-9)
     session = server.open(scene, progress=False)
     result = session.wait(until="checked")
     assert result.discretisation_error.elements == 4 and not result.discretisation_error.within_tolerance
-    assert "set a larger elements_per_member" in result.message
+    assert "use shorter elements" in result.message
     printed = cli("wait", session.id, "--until", "checked").stdout
     assert "discretisation    positions off by" in printed and "4 elements against" in printed
     assert "% of the size" in cli("watch", session.id, "--count", "1").stdout

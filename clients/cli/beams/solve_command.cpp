@@ -38,7 +38,7 @@ struct BeamOptions {
   std::string file, method = "choose";
   std::vector<std::string> exports;
   double wait_s = 3600;
-  bool follow = false;
+  bool follow = false, without_estimate = false;
 };
 
 ClientError bad_file(const fs::path& path, const std::string& field, const std::string& why) {
@@ -128,7 +128,8 @@ void print_utilisation(const v1::BeamSolution& answer) {
              place_words(worst, places.at(worst)), overload_words(answer.largest_utilisation()));
 }
 
-void print_solution(const v1::BeamSolution& answer) {
+void print_solution(const v1::GetJobResponse& response) {
+  const v1::BeamSolution& answer = response.beams();
   const auto& energies = answer.energies();
   const double total =
       energies.stretching() + energies.torsion() + energies.bending_2() + energies.bending_3();
@@ -145,6 +146,8 @@ void print_solution(const v1::BeamSolution& answer) {
              energies.bending_2() + energies.bending_3());
   print_moment(answer);
   print_utilisation(answer);
+  if (response.has_discretisation_error())
+    fmt::print("elements     {}\n", discretisation_words(response.discretisation_error()));
   for (const auto& snap : answer.snaps()) fmt::print("snap         {}\n", snap_words(snap));
   for (const auto& direction : answer.neutral_directions())
     fmt::print("neutral      {}\n", neutral_words(direction));
@@ -158,6 +161,7 @@ void solve(Context& context, const BeamOptions& options) {
   read_source(options.file, request);
   request.set_method(kMethods.at(options.method));
   request.set_follow(options.follow);
+  request.set_estimate(!options.without_estimate);
   ask_for_files(options, request);
   const std::uint64_t job = client::start_job(context.client(), request);
   v1::GetJobResponse response;
@@ -171,7 +175,7 @@ void solve(Context& context, const BeamOptions& options) {
   const auto written = write_files(options, response);
   if (response.beams().status() != v1::BEAM_STATUS_CONVERGED) context.exit_code = kRefused;
   if (context.json) return print_json(response.beams());
-  print_solution(response.beams());
+  print_solution(response);
   for (const auto& file : written) fmt::print("  {}\n", file);
 }
 
@@ -207,6 +211,9 @@ void add_solve_command(CLI::App& app, Context& context) {
       "--follow", options->follow,
       "Stay on the branch of equilibria where temporary loads push, too (without them that is "
       "what choose does), and tell its snaps; Newton's method alone");
+  command->add_flag("--no-estimate", options->without_estimate,
+                    "Leave out the comparison with shorter elements, which takes several times as "
+                    "long as the answer");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))
       ->capture_default_str();

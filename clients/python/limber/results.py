@@ -54,13 +54,14 @@ class MotionError:
 class DiscretisationError:
     """What the elements of a structure are worth for one shape: its equilibrium against the limit of ever finer ones."""
 
-    position_error: float     # largest distance of a node or joint from its place in the limit, over the structure's size
-    max_distance: float       # the same [m]
+    # None: not estimated. Largest distance of a node or joint from its place in the limit, over the structure's size
+    position_error: "float | None"
+    max_distance: "float | None"  # the same [m]
     worst_node: int           # which one that is
-    energy_error: float       # of the elastic energy, relative
+    energy_error: "float | None"  # of the elastic energy, relative
     elements: int             # of the shown shape
-    # Of the finest one it was compared with; 0: there is no estimate of the whole, message says why. Beside cables that sag the
-    # errors are those of the beams.
+    # Of the finest one it was compared with; 0: there is no estimate of the whole, message says why. Beside cables that sag,
+    # moment_error and utilisation_error are those of the beams.
     compared_elements: int
     tolerance: float          # for these errors: the scene's; 0: none was requested
     within_tolerance: bool
@@ -86,8 +87,10 @@ class DiscretisationError:
     @staticmethod
     def from_message(error: "service.DiscretisationError") -> "DiscretisationError":
         has_moments, has_utilisation = error.HasField("moment_error"), error.HasField("utilisation_error")
-        return DiscretisationError(error.position_error, error.max_distance, error.worst_node, error.energy_error,
-                                   error.elements, error.compared_elements, error.tolerance, error.within_tolerance,
+        has_positions = error.HasField("position_error")
+        return DiscretisationError(error.position_error if has_positions else None,
+                                   error.max_distance if has_positions else None, error.worst_node,
+                                   error.energy_error if has_positions else None, error.elements, error.compared_elements, error.tolerance, error.within_tolerance,
                                    error.check_ms, error.message,
                                    error.moment_error if has_moments else None, error.max_moment_error,
                                    error.worst_moment_element if has_moments else None,

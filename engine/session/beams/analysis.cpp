@@ -1,7 +1,9 @@
 #include "engine/session/beams/analysis.h"
 
+#include <chrono>
 #include <utility>
 
+#include "engine/base/error.h"
 #include "engine/beams/solver/equilibrium.h"
 #include "engine/session/beams/shape_cache.h"
 
@@ -17,6 +19,20 @@ BeamAnalysis analyse(beams::BeamModel model, const beams::BeamSolveOptions& opti
   job.throw_if_cancelled();
   beams::BeamResults results = results_of(structure, solution.state);
   return {std::move(structure), std::move(solution), std::move(results), keeper.take()};
+}
+
+DiscretisationCheck check_discretisation(const BeamAnalysis& analysis, const JobContext& job) {
+  LIMBER_DEMAND(analysis.solution.report.converged());
+  const auto begin = std::chrono::steady_clock::now();
+  const beams::BeamModel& model = analysis.structure.model();
+  DiscretisationCheck check;
+  check.error =
+      estimate_discretisation(model, {beams::Subdivision::even(model, 1), analysis.solution.state},
+                              beams::kMaxCutElements, job)
+          .error;
+  check.check_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return check;
 }
 
 }  // namespace limber::session

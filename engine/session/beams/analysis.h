@@ -6,6 +6,7 @@
 #include "engine/base/job.h"
 #include "engine/beams/results/beam_results.h"
 #include "engine/beams/solver/beam_solution.h"
+#include "engine/session/beams/discretisation_check.h"
 
 namespace limber::session {
 
@@ -25,5 +26,11 @@ struct BeamAnalysis {
 /// @throws Error as beams::validate and BeamSolveOptions::validate; {kCancelled}
 [[nodiscard]] BeamAnalysis analyse(beams::BeamModel model, const beams::BeamSolveOptions& options,
                                    int shapes = 0, const JobContext& job = {});
+
+/// How far an answer is from the limit of ever shorter elements. There is no tolerance.
+/// @param analysis  converged
+/// @throws Error{kCancelled}
+[[nodiscard]] DiscretisationCheck check_discretisation(const BeamAnalysis& analysis,
+                                                       const JobContext& job = {});
 
 }  // namespace limber::session

@@ -32,7 +32,7 @@ std::string describe_discretisation(const DiscretisationCheck& check) {
     const char* const advice =
         error.compared_elements > 0
             ? ""
-            : " Set elements_per_member or tolerance of the scene for shorter elements.";
+            : " Use shorter elements: elements_per_member or tolerance of a scene.";
     return fmt::format("The discretisation error could not be estimated: {}.{}", error.message,
                        advice);
   }
@@ -54,8 +54,8 @@ std::string describe_discretisation(const DiscretisationCheck& check) {
   if (check.tolerance)
     text += fmt::format(" (tolerance {:.2g} %, of moments and utilisations {:.2g} %)", 100 * limit,
                         100 * force_limit);
-  text += ": set a larger elements_per_member of the scene";
-  if (!check.tolerance) text += ", or a tolerance";
+  text += ": use shorter elements (elements_per_member";
+  text += check.tolerance ? " of the scene)" : " or tolerance of a scene)";
   text += ".";
   if (!error.message.empty()) text += fmt::format(" The estimate is uncertain: {}.", error.message);
   return text;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/base/rotations/logarithm.h"
 #include "engine/session/beams/live_problem.h"
 #include "engine/session/core/matrix_of_columns.h"
@@ -263,8 +264,7 @@ void BeamSession::Impl::finish(const Round& round, LiveBeams::Outcome outcome,
       outcome.reached ? outcome.frames : std::vector{beam_coordinates(live_.state())});
   result->analysis = live_.analysis();
   if (check) {
-    const std::string remark = describe_discretisation(*check);
-    if (!remark.empty()) result->report.message += ". " + remark;
+    add_sentence(result->report.message, describe_discretisation(*check));
     result->discretisation = std::move(check);
   } else if (is_to_be_checked) {
     result->check = Check::kPending;

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/session/bodies/impl.h"
 
 // The check of final results: found out by a task of its own, once nothing is left to solve, and
@@ -61,11 +62,6 @@ void BodySession::Impl::amend(const MotionFound& found) {
                    ? describe_motion(*found.finding)
                    : fmt::format("The motion's error could not be determined: {}", found.failure));
   publish(std::move(result));
-}
-
-void add_sentence(std::string& message, const std::string& sentence) {
-  if (!message.empty() && !sentence.empty()) message += message.back() == '.' ? " " : ". ";
-  message += sentence;
 }
 
 }  // namespace limber::session

@@ -31,6 +31,9 @@ constexpr double kMaxMissRatio = 1.5;
 /// motion.
 constexpr double kMaxStepRatio = 1.5;
 
+/// Of the reach of training poses: a body that bends farther to meet a target is torn apart.
+constexpr double kFarReach = 4;
+
 /// Beyond this the number says nothing more.
 constexpr double kMaxShare = 10;
 
@@ -88,7 +91,9 @@ void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentenc
     sentences.push_back(fmt::format(
         "{} {} inverted in frame {}, the worst of the {} frames compared.", error.inverted_tets,
         error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame, error.frames));
-    if (check.farthest_target > kFarTarget * check.length) {
+    const bool is_far = check.farthest_target > kFarTarget * check.length ||
+                        error.linear_reach > kFarReach * check.trained_reach;
+    if (is_far && check.farthest_target > 0) {
       sentences.push_back(fmt::format(
           "Constraint {} in frame {} is out of reach: its target is {:.3g} body lengths from rest, "
           "and the body meets it inside out.",
@@ -167,7 +172,7 @@ std::string describe_remedy(const MotionCheck& check) {
         "{:.2g} body lengths in frame {}, that of training poses about {:.2g}. Move targets nearer "
         "to where the body can go, spread them over more frames, or use keyframes or a base motion "
         "that leads there.",
-        error.linear_reach > 4 * check.trained_reach ? "far " : "",
+        error.linear_reach > kFarReach * check.trained_reach ? "far " : "",
         error.linear_reach / check.length, error.reach_frame, check.trained_reach / check.length);
   }
   if (check.is_contradictory && check.within_tolerance() && error.inverted_tets == 0) {

@@ -104,9 +104,6 @@ struct FirstPictureInfo {
   double error_mean = 0;  // of its shapes, relative, on held-out poses
 };
 
-/// Appends a sentence to a message that may be empty or lack its full stop.
-void add_sentence(std::string& message, const std::string& sentence);
-
 /// What is published where a solve threw, for lack of anything better: the motion of `newest`, or
 /// rest where there is none.
 [[nodiscard]] BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& model,

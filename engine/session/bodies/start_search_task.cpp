@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/session/bodies/impl.h"
 #include "engine/session/bodies/weight_scale.h"
 

@@ -4,10 +4,12 @@
 
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/session/beams/remarks.h"
 #include "engine/session/beams/samples.h"
 #include "server/kinds/beams/memory_estimate.h"
 #include "server/kinds/beams/record.h"
+#include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scenes.h"
 #include "server/kinds/beams/solution.h"
 #include "server/runtime/pooled_job.h"
@@ -62,9 +64,15 @@ proto::SolveBeamsResponse solve_beams(const proto::SolveBeamsRequest& request, H
   response.set_job(
       start_pooled_job(hub, "beams", "", [decoded = std::move(decoded)](const JobContext& job) {
         const session::BeamAnalysis analysis =
-            session::analyse(decoded.model, decoded.options, decoded.shapes, job);
+            session::analyse(decoded.model, decoded.options, decoded.shapes,
+                             decoded.is_estimated ? job.part(0, 0.3) : job);
         JobProduct product;
         product.beams = encode_beams(analysis, decoded.stations);
+        if (decoded.is_estimated && analysis.solution.report.converged()) {
+          const auto check = session::check_discretisation(analysis, job.part(0.3, 1));
+          product.discretisation_error = encode_discretisation(check);
+          add_sentence(*product.beams->mutable_message(), describe_discretisation(check));
+        }
         product.files = beam_files(analysis, decoded);
         for (const auto& issue : session::beam_remarks(decoded.model)) {
           product.issues.push_back(encode_issue(issue, "structure."));

@@ -36,10 +36,12 @@ void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) 
 std::uint32_t index_or_zero(int index) { return static_cast<std::uint32_t>(std::max(index, 0)); }
 
 void encode_errors(const beams::DiscretisationError& error, proto::DiscretisationError& message) {
-  message.set_position_error(error.position_error);
-  message.set_max_distance(error.max_distance);
-  message.set_worst_node(index_or_zero(error.worst_node));
-  message.set_energy_error(error.energy_error);
+  if (error.is_known) {
+    message.set_position_error(error.position_error);
+    message.set_max_distance(error.max_distance);
+    message.set_worst_node(index_or_zero(error.worst_node));
+    message.set_energy_error(error.energy_error);
+  }
   if (error.worst_moment_element >= 0) {
     message.set_moment_error(error.moment_error);
     message.set_max_moment_error(error.max_moment_error);
@@ -49,6 +51,8 @@ void encode_errors(const beams::DiscretisationError& error, proto::Discretisatio
   message.set_utilisation_error(*error.utilisation_error);
   message.set_worst_utilisation_element(index_or_zero(error.worst_utilisation_element));
 }
+
+}  // namespace
 
 proto::DiscretisationError encode_discretisation(const session::DiscretisationCheck& check) {
   const beams::DiscretisationError& error = check.error;
@@ -63,8 +67,6 @@ proto::DiscretisationError encode_discretisation(const session::DiscretisationCh
   message.set_message(error.message);
   return message;
 }
-
-}  // namespace
 
 proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   proto::ResultInfo info = encode_header(result);

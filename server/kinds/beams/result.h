@@ -10,6 +10,8 @@
 namespace limber::server {
 
 [[nodiscard]] proto::ResultInfo encode_beam_result(const session::BeamResult& result);
+[[nodiscard]] proto::DiscretisationError encode_discretisation(
+    const session::DiscretisationCheck& check);
 
 [[nodiscard]] proto::GetGeometryResponse encode_beam_geometry(const beams::BeamModel& model);
 

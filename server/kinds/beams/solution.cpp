@@ -236,6 +236,7 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
     throw limit_exceeded("shapes", "shapes to keep", kMaxShapes, request.shapes());
   decoded.shapes = decode_index(request.shapes(), "shapes");
   decoded.stations = decode_stations(request);
+  decoded.is_estimated = request.estimate();
   for (int i = 0; i < request.files_size(); ++i) {
     if (request.files(i) == proto::BEAM_FILE_FORMAT_UNSPECIFIED)
       throw invalid(fmt::format("files[{}]", i), "unspecified");

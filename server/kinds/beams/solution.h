@@ -21,6 +21,7 @@ struct BeamRequest {
   int stations = 0;  // along each element
   std::vector<proto::BeamFileFormat> files;
   std::string stem;
+  bool is_estimated = false;  // the error of the elements
 };
 
 /// @throws Refusal or Error with a path below the request

@@ -18,7 +18,7 @@ class BeamRequests(ServerCore):
 
     def solve_beams(self, structure: BeamsLike, *, method: str = "choose", tolerance: float | None = None,
                     files: Iterable[str] = (), stem: str = "", shapes: int = 0, follow: bool = False, stations: int = 11,
-                    progress: ProgressOption = None, timeout: float = 3600.0) -> BeamSolution:
+                    estimate: bool = True, progress: ProgressOption = None, timeout: float = 3600.0) -> BeamSolution:
         """The equilibrium of a structure of beams: shape, reactions, forces, stresses, energies, and how it ended. What
         is not in balance is an answer too: see its status.
 
@@ -28,13 +28,15 @@ class BeamRequests(ServerCore):
         "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many along the path are kept;
         follow: Newton's method stays on the branch of equilibria where temporary loads push, too (without them "choose"
         does); answer.snaps tells where it ends; stations: of answer.along() on each element, 2 to 201, 0: none.
+        estimate: answer.discretisation_error compares it with those of shorter elements, and the message says where that is
+        large or unknown; takes several times as long as the answer.
         Warns (limber.StrengthWarning) where a stress is beyond the yield stress, and (limber.SnapWarning) where the structure
         snapped on its way.
         Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
         """
         checks.seconds(timeout, "timeout")
         request = solutions.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes,
-                                    follow=follow, stations=stations)
+                                    follow=follow, stations=stations, estimate=estimate)
         response = self.connection.call("solve_beams", request, timeout=max(60.0, self.connection.timeout))
         solution = solutions.made_of(self._wait_or_cancel(response.job, progress, timeout))
         if solution.snaps:

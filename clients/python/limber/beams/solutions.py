@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Iterable
 
@@ -14,7 +14,7 @@ from .. import arrays, checks
 from ..exports import write_exported
 from ..messages import beams as messages
 from ..messages import common, scene, service
-from ..results import issue_text
+from ..results import DiscretisationError, issue_text
 from .structures import BeamsLike, structure_of
 
 METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_METHOD_NEWTON,
@@ -116,6 +116,7 @@ class BeamSolution:
     extremes: np.ndarray = field(repr=False, default_factory=lambda: np.zeros((0, 6, 4)))
     governing_places: np.ndarray = field(repr=False, default_factory=lambda: np.zeros(0))  # (elements,): of element_stresses
     stations: np.ndarray = field(repr=False, default_factory=lambda: np.zeros((0, 0, 8)))  # see along()
+    discretisation_error: "DiscretisationError | None" = None  # against shorter elements; None: not estimated
     _files: tuple = field(repr=False, default=())
 
     @property
@@ -154,11 +155,12 @@ class BeamSolution:
 
 
 def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,
-            shapes: int, follow: bool, stations: int) -> "messages.SolveBeamsRequest":
+            shapes: int, follow: bool, stations: int, estimate: bool) -> "messages.SolveBeamsRequest":
     """What is sent."""
     made = messages.SolveBeamsRequest(method=METHODS[checks.one_of(method, METHODS, "method")],
                                       stem=checks.text(stem, "stem"), shapes=checks.whole(shapes, "shapes"),
-                                      follow=checks.flag(follow, "follow"), stations=checks.whole(stations, "stations"))
+                                      follow=checks.flag(follow, "follow"), stations=checks.whole(stations, "stations"),
+                                      estimate=checks.flag(estimate, "estimate"))
     made.files.extend(FORMATS[checks.one_of(name, FORMATS, "files")] for name in checks.several(files, "files"))
     if tolerance is not None:
         made.tolerance = checks.real(tolerance, "tolerance")
@@ -169,7 +171,10 @@ def request(structure: BeamsLike, *, method: str, tolerance: float | None, files
 
 def made_of(job: "service.GetJobResponse") -> BeamSolution:
     """Of a job that is done."""
-    return from_message(job.beams, job.status.job, tuple(job.files), tuple(issue_text(issue) for issue in job.issues))
+    made = from_message(job.beams, job.status.job, tuple(job.files), tuple(issue_text(issue) for issue in job.issues))
+    if not job.HasField("discretisation_error"):
+        return made
+    return replace(made, discretisation_error=DiscretisationError.from_message(job.discretisation_error))
 
 
 def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (), issues: tuple = ()) -> BeamSolution:

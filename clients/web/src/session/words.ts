@@ -138,7 +138,7 @@ export function describeAccuracy(result: ResultInfo): Line | null {
         ? ""
         : `, stresses by ${number(100 * elements.stressError, 2)} % (${number(elements.maxStressError)} Pa in segment ${elements.worstStressSegment})`,
     ];
-    const text = `checked: positions are off by ${number(100 * elements.positionError, 2)} % of the size (${number(elements.maxDistance)} m)${others.join("")} by the discretisation`;
+    const text = `checked: positions are off by ${number(100 * (elements.positionError ?? 0), 2)} % of the size (${number(elements.maxDistance ?? 0)} m)${others.join("")} by the discretisation`;
     return { tone: elements.withinTolerance ? "good" : "warning", text };
   }
   if (!result.converged || result.solveFailed) return null;

@@ -158,7 +158,7 @@ TEST(DescribeDiscretisation, IsSilentWhereThereIsNothingToSay) {
   check.error.worst_node = 7;
   EXPECT_EQ(describe_discretisation(check),
             "Positions are off by about 2 % of the structure's size by its discretisation, most at "
-            "node 7: set a larger elements_per_member of the scene, or a tolerance.");
+            "node 7: use shorter elements (elements_per_member or tolerance of a scene).");
   check.error.moment_error = 0.3;
   check.error.worst_moment_element = 4;
   check.error.utilisation_error = 0.2;
@@ -166,14 +166,14 @@ TEST(DescribeDiscretisation, IsSilentWhereThereIsNothingToSay) {
   EXPECT_EQ(describe_discretisation(check),
             "Positions are off by about 2 % of the structure's size by its discretisation, most at "
             "node 7; bending moments by 30 % of the structure's largest, most in element 4; "
-            "utilisations by 20 % of the structure's largest, most in element 5: set a larger "
-            "elements_per_member of the scene, or a tolerance.");
+            "utilisations by 20 % of the structure's largest, most in element 5: use shorter "
+            "elements (elements_per_member or tolerance of a scene).");
   check.tolerance = 0.05;
   EXPECT_EQ(describe_discretisation(check),
             "Bending moments are off by about 30 % of the structure's largest by its "
             "discretisation, most in element 4; utilisations by 20 % of the structure's largest, "
-            "most in element 5 (tolerance 5 %, of moments and utilisations 5 %): set a larger "
-            "elements_per_member of the scene.");
+            "most in element 5 (tolerance 5 %, of moments and utilisations 5 %): use shorter "
+            "elements (elements_per_member of the scene).");
   EXPECT_FALSE(check.within_tolerance());
   check.error.utilisation_error = check.error.moment_error = 0.04;
   EXPECT_EQ(describe_discretisation(check), "");
@@ -193,7 +193,7 @@ TEST(DescribeDiscretisation, IsSilentWhereThereIsNothingToSay) {
   EXPECT_EQ(
       describe_discretisation(check),
       "The discretisation error could not be estimated: halves of 9 elements exceed the limit "
-      "of 10. Set elements_per_member or tolerance of the scene for shorter elements.");
+      "of 10. Use shorter elements: elements_per_member or tolerance of a scene.");
   // Neither cuts a cable.
   check.error.compared_elements = 18;
   check.error.message = "element 2 is a cable that sags: draw it with more elements";

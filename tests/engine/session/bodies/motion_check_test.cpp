@@ -592,6 +592,14 @@ TEST(MotionCheck, InvertedTetsAreReportedWithTheNumberOfFramesThatWereCompared) 
       describe_motion(check),
       HasSubstr(
           "Constraint 4 in frame 9 is out of reach: its target is 20 body lengths from rest"));
+  // An arm of the octopus, pulled away from its hold: met with a linear displacement of 43 L.
+  check.farthest_target = 0.25 * check.length;
+  EXPECT_THAT(describe_motion(check), Not(HasSubstr("out of reach")));
+  check.error.linear_reach = 5 * check.trained_reach;
+  EXPECT_THAT(
+      describe_motion(check),
+      HasSubstr(
+          "Constraint 4 in frame 9 is out of reach: its target is 0.25 body lengths from rest"));
 }
 
 TEST(MotionCheck, AFittedMotionWithLargerStepsThanForcesAloneIsReported) {

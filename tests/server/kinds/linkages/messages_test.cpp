@@ -248,7 +248,7 @@ TEST(LinkageResults, SayWhatTheirEdgesAreWorth) {
   result.shape_check = std::make_shared<const session::ShapeCheck>(check);
   const auto none = encode_linkage_result(result, 0.001).discretisation_error();
   EXPECT_EQ(none.message(), "none");
-  EXPECT_EQ(none.position_error(), 0);
+  EXPECT_FALSE(none.has_position_error());
   result.shape_check.reset();
   result.check_failure = "out of memory";
   EXPECT_EQ(encode_linkage_result(result, 0.001).discretisation_error().message(), "out of memory");
