@@ -32,7 +32,7 @@ def tip_of(body):
 
 
 def curve(body):
-    """Of the tip along x, in lengths of the rod."""
+    """Path of the tip along x, in lengths of the rod."""
     tip = tip_of(body)
     return (body.frames()[:, tip, 0] - body.geometry().rest[tip, 0]) / (SIDE * CELLS)
 

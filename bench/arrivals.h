@@ -26,7 +26,7 @@ class Arrivals {
   struct Times {
     Clock::time_point first, converged;
   };
-  /// Of the revision that comes next, or a newer one. Waits for its final frames.
+  /// Arrival of the next revision, or a newer one. Waits for its final frames.
   /// @throws std::runtime_error where the stream is silent
   Times of(std::uint64_t revision);
   /// The first frames of this revision or a newer one, waited for so long. @returns whether there

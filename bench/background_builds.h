@@ -19,9 +19,9 @@ class BackgroundBuilds {
   ~BackgroundBuilds();
   BackgroundBuilds(const BackgroundBuilds&) = delete;
   BackgroundBuilds& operator=(const BackgroundBuilds&) = delete;
-  /// So many by now.
+  /// Number of built bodies so far.
   [[nodiscard]] int built() const { return built_; }
-  /// Whether a client gave up: then there is less to do beside what is measured.
+  /// Whether a client gave up: then the load during the measurement is smaller.
   [[nodiscard]] bool has_failed() const { return has_failed_; }
 
  private:

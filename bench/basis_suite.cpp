@@ -1,6 +1,6 @@
-// What a basis of h columns leaves of held-out poses, by what it is made from: full reconstructions
-// of training poses, StVK modal derivatives (the paper's), second derivatives of the RS map; and
-// what each costs beyond modes and training poses. 30 modes. error: mean over the poses, relative;
+// Errors of a basis of h columns for held-out poses, and its cost beyond modes and training poses.
+// The basis is made from full reconstructions of training poses, StVK modal derivatives (the
+// paper's), or second derivatives of the RS map. 30 modes. `error`: mean over the poses, relative;
 // small_error: of poses at a hundredth of the amplitude.
 #include <fmt/core.h>
 

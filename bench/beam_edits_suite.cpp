@@ -24,7 +24,7 @@ using session::BeamConditions;
 using session::LiveBeams;
 using Conditions = std::shared_ptr<const BeamConditions>;
 
-// Nobody waits longer for an edit; the case says "cancelled".
+// An edit is not awaited longer; the case says "cancelled".
 constexpr std::chrono::seconds kPatience{150};
 
 /// Cancels a job that takes too long.
@@ -122,7 +122,7 @@ class ShownPlaces final : public session::BeamDocument::Places {
   const beams::BeamState& state_;
 };
 
-/// What random edits are drawn from.
+/// Choices from which random edits are drawn.
 struct Drawing {
   const beams::BeamModel& model;
   const beams::BeamState& state;

@@ -1,4 +1,4 @@
-// Discretisation errors of beams: estimates against the truth, and what a tolerance costs.
+// Discretisation errors of beams: estimates against the truth, and the cost of a tolerance.
 
 #include <Eigen/Dense>
 #include <filesystem>

@@ -8,8 +8,8 @@
 
 namespace limber::bench {
 
-/// What is known of places of nodes that another program calls an equilibrium. Rotations, which it
-/// does not tell, are those that balance at these places.
+/// Evidence for places of nodes that another program calls an equilibrium. It does not report
+/// rotations; those here balance at these places.
 struct PlacesEvidence {
   /// Largest unbalanced force over the largest force present, moment over moment.
   double residual = 0;
@@ -33,11 +33,11 @@ struct PlacesEvidence {
 struct CutEvidence {
   int parts = 0;
   double energy = 0;
-  /// Of the nodes that all have: distance from the shape cut less fine, largest and root mean
+  /// For the nodes that all have: distance from the shape cut less fine, largest and root mean
   /// square.
   double moved = 0, rms_moved = 0;
   Eigen::Matrix3Xd positions;   // of these nodes
-  double largest_pressure = 0;  // of an element, over what it buckles at clamped at both ends
+  double largest_pressure = 0;  // of an element, over its buckling load when clamped at both ends
   const char* status = "";
 };
 /// @param state  an equilibrium of the model, uncut

@@ -14,7 +14,7 @@ using beams::BeamStructure;
 using beams::Subdivision;
 using testing::BeamEnds;
 
-constexpr int kTrueParts = 16;  // what counts as the limit
+constexpr int kTrueParts = 16;  // parts an element that count as the limit
 
 BeamModel evenly_loaded(int elements) {
   BeamModel model = testing::straight_beam(elements);

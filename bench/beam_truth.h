@@ -17,15 +17,15 @@ struct KnownStructure {
 
 [[nodiscard]] beams::BeamModel without_temporary_loads(beams::BeamModel model);
 
-/// Of each of the first nodes, in two states.
+/// Distance between two states, for each of the first nodes.
 [[nodiscard]] Eigen::VectorXd distances(const beams::BeamState& a, const beams::BeamState& b,
                                         Eigen::Index nodes);
 
-/// What an estimate says: `elements`, `estimate` (of positions), `energy_estimate` and how.
+/// Values of an estimate: `elements`, `estimate` (of positions), `energy_estimate` and its method.
 void add_error(const beams::DiscretisationError& error, Case& result);
 
-/// What it should say, by 16 parts an element next to the state: `true`, `estimate_over_true`,
-/// `energy_true`. Nothing where there is no such equilibrium; `limit` says how it was found.
+/// True values, by 16 parts an element next to the state: `true`, `estimate_over_true`,
+/// `energy_true`. Nothing if there is no such equilibrium; `limit` says how it was found.
 void add_truth(const beams::BeamModel& model, const beams::BeamState& state, double energy,
                Case& result);
 

@@ -153,7 +153,8 @@ Eigen::Matrix3Xd matrix_of(const nlohmann::json& positions) {
   return result;
 }
 
-/// Are the public positions an equilibrium of these elements, and what lies next to them?
+/// Checks whether the public positions are an equilibrium of these elements, and finds the nearest
+/// one.
 void add_evidence(const beams::BeamStructure& structure, const Eigen::Matrix3Xd& places,
                   const beams::BeamState& ours, Case& result) {
   const PlacesEvidence evidence = examine_places(structure, places, ours);
@@ -165,7 +166,7 @@ void add_evidence(const beams::BeamStructure& structure, const Eigen::Matrix3Xd&
   result["from_public"] = evidence.status;
 }
 
-/// Where do the answers go with more elements?
+/// Convergence of the answers with more elements.
 void add_cuts(const Structure& which, const beams::BeamModel& model, const beams::BeamState& coarse,
               const Eigen::Matrix3Xd& places, Recorder& recorder) {
   const bool counts = model.bowing == beams::Bowing::kCounts;
@@ -194,7 +195,7 @@ void run_structure(const Structure& which, const SuiteOptions& options,
   const Eigen::Matrix3Xd places = matrix_of(known["positions"]);
   if (!options.quick || known["steps"] < 20000)
     run_charted_structure(which.name, model, places, options, recorder);
-  // Who is right where answers differ: the same structure with elements a third as long.
+  // Reference if answers differ: the same structure with elements a third as long.
   std::optional<Outcome> fine;
   if (!options.quick)
     fine = solve(beams::BeamStructure(testing::refined(model, 3)), BeamMethod::kChoose, 1);

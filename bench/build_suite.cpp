@@ -1,6 +1,6 @@
-// What a first visit costs: a model built to a mean error of 1 % on held-out poses, from a mesh in
-// memory; and how soon a session that opens it shows a first picture (`first_picture_ms`)
-// and its first final result (`first_final_ms`), of a scene with one node that is moved aside.
+// Cost of a first visit: a model built to a mean error of 1 % on held-out poses, from a mesh in
+// memory. Also how soon a session that opens it shows a first picture (`first_picture_ms`) and its
+// first final result (`first_final_ms`). Its scene has one node that is moved aside.
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -59,7 +59,7 @@ scene::Scene scene_of(const NamedBody& named) {
   return scene;
 }
 
-/// When a session shows what, after the call that opens it.
+/// Times of a session's first results, after the call that opens it.
 class Watch final : public session::BodyListener {
  public:
   void on_state(session::State, const std::string&) override {}

@@ -1,15 +1,17 @@
 // How calm motions are by default and as published: a few keys on all samples, the bodies of the
 // public data and four others. Lengths are in body lengths L.
 //
-// zigzag: largest distance of a node from the mean of its neighbour frames. share: power of nodes
-// above half the Nyquist frequency. overshoot: of one key, how far its node swings to the other
-// side. least, most: of two equal keys, how far the node is between them, over the key. missed:
-// largest miss of a key. swap: largest change of a node from the last reduced result to the exact
-// one. rate_change: largest change of a held node's curve from 24 to 48 and from 48 to 96 frames a
-// second. first_ms, final_ms: from the edit with all keys to the first and the final result.
+// `zigzag`: largest distance of a node from the mean of its neighbour frames. `share`: power of
+// nodes above half the Nyquist frequency. `overshoot`: of one key, how far its node swings to the
+// other side. `least`, `most`: of two equal keys, how far the node is between them, over the key.
+// `missed`: largest miss of a key. `swap`: largest change of a node from the last reduced result to
+// the exact one. `rate_change`: largest change of a held node's curve from 24 to 48 and from 48 to
+// 96 frames a second. `first_ms`, `final_ms`: from the edit with all keys to the first and the
+// final result.
 //
 // Keys are 0.1 to 0.3 L away, on nodes far from the fixed ones; 5 s at 24 frames a second, default
-// settings. --quick: bodies of up to 4,000 tets. $LIMBER_BENCH_ONLY: bodies whose names contain it.
+// settings. `--quick`: bodies of up to 4,000 tets. `$LIMBER_BENCH_ONLY`: bodies whose names contain
+// it.
 #include <fmt/core.h>
 
 #include <map>
@@ -137,7 +139,7 @@ double milliseconds_between(std::chrono::steady_clock::time_point begin,
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
 
-/// What one solve of a task ends at.
+/// Result of one solve of a task.
 struct Motion {
   double zigzag = kNone, share = kNone, swap = kNone, missed = 0, first_ms = 0, final_ms = 0;
   std::string status, message;

@@ -26,7 +26,7 @@ struct ChartedAnswer {
   ChartedOptions options;
 };
 
-/// Of structures whose length and stiffness are of the size of 1.
+/// Options for structures whose length and stiffness are of the size of 1.
 ChartedOptions unit_options() {
   ChartedOptions options;
   options.residual = 1e-6;

@@ -9,7 +9,7 @@
 namespace limber::bench {
 
 /// Rows of known answers as the paper's relaxation in its chart of the normal gives them, with the
-/// keys of the others. Of errors where it reports balance none is left out.
+/// keys of the others. If it reports balance, all errors are listed.
 void run_charted_answers(const SuiteOptions& options, Recorder& recorder);
 
 /// A public structure by the paper's relaxation and by ours of the same element, timed: the

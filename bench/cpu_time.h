@@ -6,8 +6,7 @@
 
 namespace limber::bench {
 
-/// CPU time of all threads of the process [s]: what other processes on the machine take is no part
-/// of it.
+/// CPU time of all threads of the process [s], without that of other processes on the machine.
 [[nodiscard]] inline double process_cpu_seconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);

@@ -1,10 +1,11 @@
-// Error against the number of cubature tets on the flower, beside the curve that the author of
-// space-time editing published (flower_cubature_curve.txt; another flower, other poses): scalar
-// weights, the paper's method, and fitted maps, on the same basis of 80 columns and the same poses.
+// Error against the number of cubature tets on the flower, with the curve that the author of
+// space-time editing published (flower_cubature_curve.txt; another flower, other poses). Rows are
+// scalar weights, the paper's method, and fitted maps, on the same basis of 80 columns and the same
+// poses.
 //
-// *_training_error: root mean square over training poses of |q - q_hat| / |q| (eq. 15), what such
-// curves show. *_error: mean over poses held out of the training, of whole displacements against
-// full RS; basis_error: what the basis alone leaves of them.
+// *_training_error: root mean square over training poses of |q - q_hat| / |q| (eq. 15), the usual
+// value of such curves. *_error: mean over poses held out of the training, of whole displacements
+// against full RS; basis_error: the error of the basis alone.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -61,7 +62,7 @@ Errors errors_of(const Eigen::MatrixXd& rs_modes, const Eigen::MatrixXd& map,
           static_cast<int>(rs_modes.rows() / reduced::kRsSize)};
 }
 
-/// What both cubatures are made from.
+/// Common input of both cubatures.
 struct Setting {
   NamedBody named;
   reduced::ScaledModes modes;

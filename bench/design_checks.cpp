@@ -26,7 +26,7 @@ bool same_faces(const rods::TargetSurface& surface, const rods::DesignPoint& a,
   return true;
 }
 
-/// What is differentiated, and the names of its checks.
+/// The differentiated functions, and the names of their checks.
 struct Measure {
   const char* name;
   double rods::DesignMeasures<double>::*value;
@@ -132,7 +132,7 @@ void check_derivatives(rods::LinkageDesign& design, Eigen::VectorXd v, bool quic
   v *= design.parameters().mean() / v.norm();
   Mismatch mismatch = differences(design, v, steps);
   const bool crease = !mismatch.has_differences && mismatch.beside;
-  if (crease) {  // J has no derivative here: beside it, it has
+  if (crease) {  // J has no derivative here: next to it, it has
     design.move_to(*mismatch.beside);
     mismatch = differences(design, v, steps);
     design.move_to(home);

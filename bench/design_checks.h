@@ -8,11 +8,11 @@
 
 namespace limber::bench {
 
-/// Of J, of flatness and of the smallest angle: derivatives against differences of equilibria
-/// solved again, as relative mismatches `gradient_check`, `hessvec_check`, `.._flatness` and
-/// `.._angle`; null where no differences could be taken, or there is no derivative to compare with,
-/// as of flatness where it is nothing. Where J has a crease (closest points change faces)
-/// they are taken beside it, and `off_crease` says so.
+/// Derivatives of J, of flatness and of the smallest angle against differences of equilibria solved
+/// again. Results are relative mismatches `gradient_check`, `hessvec_check`, `.._flatness` and
+/// `.._angle`. They are null if no differences could be taken, or if there is no derivative to
+/// compare with, as of flatness when it is zero. If J has a crease (closest points change faces),
+/// they are taken next to it, and `off_crease` says so.
 /// @param v  along which
 /// @param kind  ends the names of the results
 void check_derivatives(rods::LinkageDesign& design, Eigen::VectorXd v, bool quick,

@@ -1,8 +1,8 @@
-// Time against error of designs: how far joints are from a target that is known to be reachable,
-// after each step of a search on burd that came nearer (`distance`, root mean square, in parts of
-// where it began), by CPU time of the one thread. The knob is when to stop. `limber` guards the
-// flat shape against buckling from the start; `limber, no guard` refuses trials that lose it and is
-// the plain alternative.
+// Time against error of designs, by CPU time of the one thread. The error is the distance of joints
+// from a target that is known to be reachable, after each step of a search on burd that came
+// nearer. Its value `distance` is the root mean square, in parts of the initial one. The knob is
+// when to stop. `limber` guards the flat shape against buckling from the start; `limber, no guard`
+// refuses trials that lose it and is the plain alternative.
 #include <fmt/core.h>
 
 #include "bench/design_trace.h"

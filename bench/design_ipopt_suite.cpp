@@ -1,14 +1,14 @@
-// Our search for designs beside Ipopt's: the problems of `limber-bench design`, with the same
-// criteria, bounds and constraints, from the same start. Ours goes first, for 200 steps; Ipopt has
-// as much time, with L-BFGS and, where there are few parameters, with exact second derivatives;
-// the same with our guard against buckling has twice that; ours once more tells what noise there
-// is. One thread each, by its CPU time.
+// Our search for designs against Ipopt's: the problems of `limber-bench design`, with the same
+// criteria, bounds and constraints, from the same start. Ours goes first, for 200 steps. Ipopt has
+// the same time, with L-BFGS and, if there are few parameters, with exact second derivatives; the
+// same with our guard against buckling has twice that. A second run of ours shows the noise. One
+// thread each, by its CPU time.
 //
-// rms_*: distance of the joints from the target, root mean square, of the best design until a
-// quarter, half, all and twice the CPU time of our search; rms_200: after 200 iterations. The best
-// keeps both constraints and has the least objective of those that do. Trials are equilibria of
-// other parameters asked for, not_believed those of them that were lost or had jumped; rounds are
-// weights of the guard.
+// `rms_*`: distance of the joints from the target, root mean square, of the best design until a
+// quarter, half, all and twice the CPU time of our search. `rms_200`: after 200 iterations. The
+// best keeps both constraints and has the least objective of those that do. Trials are requested
+// equilibria of other parameters, not_believed those of them that were lost or had jumped; rounds
+// are weights of the guard.
 //
 // Built where Ipopt is: apt-get install coinor-libipopt-dev.
 #include <fmt/core.h>
@@ -25,7 +25,8 @@ namespace limber::bench {
 namespace {
 
 constexpr int kOurSteps = 200, kOurQuickSteps = 20;
-// Iterations with one weight of the guard, at least: what L-BFGS learns of one it has to forget.
+// Iterations with one weight of the guard, at least: L-BFGS has to forget its data of the previous
+// weight.
 constexpr int kExactHeld = 3, kMemoryHeld = 15;
 constexpr int kFewParameters = 300;  // exact second derivatives are a product for each
 
@@ -40,7 +41,7 @@ class Contest {
 
   [[nodiscard]] Eigen::Index parameters() const { return problem_.start.lengths.size(); }
 
-  /// The first one is what the others' times are measured by.
+  /// The reference for the times of the others.
   Case ours() {
     rods::LinkageDesign design = design_towards(known_, problem_);
     const rods::DesignOptimizerOptions search = known_search(design, steps_);

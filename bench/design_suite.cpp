@@ -23,7 +23,7 @@
 namespace limber::bench {
 namespace {
 
-/// Of the calling thread.
+/// Time of the calling thread.
 template <class Work>
 double cpu_milliseconds(const Work& work) {
   const double start = thread_seconds();
@@ -31,7 +31,7 @@ double cpu_milliseconds(const Work& work) {
   return 1e3 * (thread_seconds() - start);
 }
 
-/// Of sizes one by one: what presses rods of the flat shape at once.
+/// Direction of single sizes that presses rods of the flat shape at once.
 Eigen::VectorXd random_direction(const rods::LinkageDesign& design) {
   Random random(11);
   Eigen::VectorXd v(design.parameters().size());
@@ -47,9 +47,9 @@ Eigen::VectorXd known_direction(const DesignProblem& problem, const KnownDesign&
   return design.variables().values(model) - design.parameters();
 }
 
-/// As the optimiser asks: a trial nearby, its objective, and at the trial's point, with the factors
-/// that certified its equilibria, the objective's gradient and products (as the public code's), and
-/// the gradients of both constraints.
+/// Requests of the optimiser: a trial nearby, its objective, and derivatives at the trial's point,
+/// with the factors that certified its equilibria. The derivatives are the objective's gradient and
+/// products (as the public code's), and the gradients of both constraints.
 /// @param v  where the trial goes to
 void measure_derivatives(rods::LinkageDesign& design, const Eigen::VectorXd& v, int repeats,
                          Case& result) {
@@ -91,7 +91,7 @@ void measure_cpu(rods::LinkageDesign& design, const Eigen::VectorXd& v, int repe
   const rods::DesignCriteria criteria = design.criteria();
   double gradient = std::numeric_limits<double>::infinity(), product = gradient;
   for (int k = 0; k < repeats; ++k) {
-    design.set_criteria(criteria);  // forgets what was asked for
+    design.set_criteria(criteria);  // forgets previous requests
     (void)design.values(design.point());
     gradient =
         std::min(gradient, cpu_milliseconds([&] { (void)design.gradients(Which::kObjective); }));
@@ -103,7 +103,7 @@ void measure_cpu(rods::LinkageDesign& design, const Eigen::VectorXd& v, int repe
   result["hessvec_cpu_ms"] = product;
 }
 
-/// What the factors would cost that trials leave: both Hessians assembled and factored once more.
+/// Cost of the factors that trials leave: both Hessians assembled and factored once more.
 void measure_factors(const DesignProblem& problem, int repeats, Case& result) {
   rods::LinkageModel model = problem.model;
   rods::set_sizes(model, problem.start);

@@ -27,14 +27,13 @@ class DesignTrace {
   void note(int iteration, const rods::DesignValues& values);
   [[nodiscard]] double seconds() const { return thread_seconds() - start_; }
 
-  // What was best, among what was noted until then; the first must have been. Designs are compared
-  // as the optimiser's: those that keep both constraints by their objectives, before all others.
+  // The best of those noted until then; the first must have been. Designs are compared as the
+  // optimiser's: those that keep both constraints by their objectives, before all others.
   [[nodiscard]] const Best& best_at(double seconds) const;
   [[nodiscard]] const Best& best_after(int iterations) const;
   [[nodiscard]] const Best& best() const { return bests_.back(); }
 
-  // Of values, by the design's scales.
-  /// Root mean square over the joints [length].
+  // Measures of values, by the design's scales. Root mean square over the joints [length].
   [[nodiscard]] double distance(const rods::DesignValues& values) const;
   /// Share of the length scale, root mean square.
   [[nodiscard]] double flat_height(const rods::DesignValues& values) const;

@@ -1,18 +1,18 @@
-// The editors of the field side by side (space-time editing, figures 2 and 5): each solves the same
-// space-time problem in its own kinematics, and its answer is turned into shapes. "post-warped" is
-// Barbic et al. 2012: solved with linear modes, the linear displacements then warped by full RS,
-// which moves constrained nodes off their targets: the constraint error after reconstruction says
-// by how much.
+// The editors of the field side by side (space-time editing, figures 2 and 5). Each solves the same
+// space-time problem in its own kinematics, and its answer is turned into shapes. The row
+// "post-warped" is Barbic et al. 2012: solved with linear modes, the linear displacements then
+// warped by full RS. The warp moves constrained nodes off their targets, by the constraint error
+// after reconstruction.
 //
-// Problems as in figure 5: a body at rest, one node led round, near the rest shape (5 constraints
-// in frames 20 to 100 of 200) or far from it (20 in frames 30 to 125 of 380). Targets are where
-// full RS of the first two modes has the node, on a circle in their coordinates: every editor has
-// motions that pass there.
+// Problems as in figure 5: a body at rest, and one node that is led round. It is near the rest
+// shape (5 constraints in frames 20 to 100 of 200) or far from it (20 in frames 30 to 125 of 380).
+// Targets are the positions of the node by full RS of the first two modes, on a circle in their
+// coordinates: every editor has motions that pass there.
 //
-// solve_ms: solver, constraints, solve to convergence (site tables ahead). frame_us: shapes of all
-// frames, per frame, threads as they are. constraint_*_pct: distance to the targets in the shapes,
-// of the body's length. solved_max_pct: the same as the solver saw it. shape_error_pct: of the
-// whole motion against full RS of the same z, relative.
+// `solve_ms`: solver, constraints, solve to convergence (site tables ahead). `frame_us`: shapes of
+// all frames, per frame, threads as they are. `constraint_*_pct`: distance to the targets in the
+// shapes, of the body's length. `solved_max_pct`: the same in the solver's own kinematics.
+// `shape_error_pct`: of the whole motion against full RS of the same z, relative.
 #include <fmt/core.h>
 
 #include <cmath>

@@ -1,9 +1,10 @@
-// Are estimates of discretisation errors within a factor of 3 of the truth? Rods in linkages and
-// beams with known answers, domes and burd deployed, with 3 to 40 edges or elements: what sessions
-// report beside the distance and the energy that edges or elements an eighth (beams: a sixteenth)
-// as long find next to the same equilibrium. `ratio`: estimate over truth; errors that are rounding
-// are left out. The last row of each kind, `case` "all": how many errors there are and which share
-// of them is within a factor of 3, and the least and largest ratio.
+// Are estimates of discretisation errors within a factor of 3 of the truth? The problems are rods
+// in linkages and beams with known answers, domes and burd deployed, with 3 to 40 edges or
+// elements. Estimates are those of sessions. The truth is the distance and the energy next to the
+// same equilibrium with edges or elements an eighth (beams: a sixteenth) as long. `ratio`: estimate
+// over truth; errors that are rounding are left out. The last row of each kind, `case` "all": how
+// many errors there are and which share of them is within a factor of 3, and the least and largest
+// ratio.
 #include <fmt/core.h>
 
 #include <algorithm>

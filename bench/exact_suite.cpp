@@ -1,14 +1,15 @@
 // The exact step against the judge: three soft constraints of 0.1 to 0.3 body lengths (task
-// kConstraints of tests/support/material_bodies.h), on bodies that nobody tuned for and on a beam
-// that is bent by 270 and twisted by 135 degrees; models of default options.
-// $LIMBER_BENCH_ONLY: only bodies whose names contain it.
+// kConstraints of tests/support/material_bodies.h). The bodies are untuned ones and a beam that is
+// bent by 270 and twisted by 135 degrees; models of default options. $LIMBER_BENCH_ONLY: only
+// bodies whose names contain it.
 //
-// energy_reduced: of the optimum of the reduced model, by the reduced model. energy_shown: of the
-// same motion by the full map. energy_exact: after the exact step from there. energy_judge: of the
-// plainly written full-space solver from the same start. shape_error_before: of the reduced model's
-// frames of the exact motion. Of a session with the same scene, whose last target is then moved by
-// a twentieth of the body's length: first_ms, final_ms from that edit to its first and its exact
-// result, shape_error_after of the latter's frames, and the columns of their basis.
+// `energy_reduced`: of the optimum of the reduced model, by the reduced model. `energy_shown`: of
+// the same motion by the full map. `energy_exact`: after the exact step from there. `energy_judge`:
+// of the plainly written full-space solver from the same start. `shape_error_before`: of the
+// reduced model's frames of the exact motion. A session with the same scene then moves its last
+// target by a twentieth of the body's length. `first_ms`, `final_ms`: from that edit to its first
+// and its exact result. `shape_error_after`: of the latter's frames, and the columns of their
+// basis.
 #include <fmt/core.h>
 
 #include "bench/exact_scenes.h"

@@ -1,6 +1,7 @@
-// How times of beam structures grow with elements. Rows as those of growth_bodies: grids of rods of
-// 100 mm under their own weight, clamped along the rim (tests/support/beam_grid.h), by Newton's
-// method, and steps of the relaxation; a cantilever cut into ever more elements.
+// Growth of times of beam structures with elements. Rows as those of growth_bodies, by Newton's
+// method, and steps of the relaxation. The structures are grids of rods of 100 mm under their own
+// weight, clamped along the rim (tests/support/beam_grid.h), and a cantilever cut into ever more
+// elements.
 #include <fmt/core.h>
 
 #include "bench/growth_rows.h"

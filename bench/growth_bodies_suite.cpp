@@ -1,9 +1,9 @@
 // How times of bodies grow with tets, frames, modes and constraints, one at a time. Rows: `growth`
-// is what grows, `size` how large it is, `what` is timed, `ms` its median.
+// is the parameter that grows, `size` its value, `what` is timed, `ms` its median.
 //
-// tets: bars of 3 x 1 x 1 m (bar_body.h), models of 30 modes, 60 columns and 20 fitted tets.
-// frames, modes, constraints: a path problem of the flower (path_problem.h), h = 80, with 400
-// frames, 20 modes and 10 constraints where they do not grow; a target is moved by 2 % of the
+// `tets`: bars of 3 x 1 x 1 m (bar_body.h), models of 30 modes, 60 columns and 20 fitted tets.
+// `frames`, `modes`, `constraints`: a path problem of the flower (path_problem.h), h = 80, with 400
+// frames, 20 modes and 10 constraints for those that do not grow. A target is moved by 2 % of the
 // body's length. Solves that did not converge are counted in `not_converged`.
 #include <fmt/core.h>
 
@@ -66,7 +66,7 @@ class GrowingProblem {
     const SpacetimeProblem problem = path_problem(named_, model_of(shape.modes), shape);
     const auto kinematics = std::make_shared<reduced::ReducedKinematics>(problem.model);
     const auto constraints = place_constraints(problem, *kinematics);
-    // Where targets cannot be met a full solve at full weight may need all its iterations.
+    // If targets cannot be met, a full solve at full weight may need all its iterations.
     int not_converged = 0;
     const bool is_large = shape.frames > 20000;
     std::vector<double> cold;

@@ -6,8 +6,8 @@
 
 namespace limber::bench {
 
-/// What every row of growth says; a suite may add keys of its own.
-/// @param growth  what grows, `size` its number
+/// Keys of every row of growth; a suite may add keys of its own.
+/// @param growth  the parameter that grows, `size` its value
 [[nodiscard]] inline Case growth_row(const std::string& growth, double size,
                                      const std::string& what, double ms, int not_converged = 0) {
   Case row;

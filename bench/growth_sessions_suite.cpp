@@ -1,8 +1,8 @@
-// How long an edit of a session takes as its frames become more: over real sockets, by one client
-// that follows what changes, in coordinates. The flower with its own constraints, spread over so
-// many frames; each edit moves a target. `ms`: medians until the first changed frames, until all of
-// them (by the reduced model) and until those of the final result are at the client. Rows as those
-// of growth_bodies, which measures the solver alone.
+// Time of an edit of a session as its frames become more: over real sockets, by one client that
+// follows changes, in coordinates. The flower with its own constraints, spread over so many frames;
+// each edit moves a target. `ms`: medians until the first changed frames, until all of them (by the
+// reduced model) and until those of the final result are at the client. Rows as those of
+// growth_bodies, which measures the solver alone.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -52,7 +52,7 @@ void grow_session(LiveClient& client, const pb::Scene& flower, int frames, int e
       if (all_ms == 0) all_ms = since_ms();
       if (message.result().converged()) break;
     }
-    if (i == 0) continue;  // the first shows what is warm from then on
+    if (i == 0) continue;  // the first is not warm yet
     first.push_back(first_ms);
     all.push_back(all_ms);
     final.push_back(since_ms());

@@ -1,5 +1,5 @@
 // How long an edit takes to arrive everywhere as subscribers of a session's frames become more. One
-// client edits the flower over real sockets; `ms` is the median from the edit until the last of
+// client edits the flower over real sockets. `ms` is the median from the edit until the last of
 // `size` subscribers has the first changed frames, and until it has the final ones. All subscribers
 // are read by one thread of this process, which shares the machine with the server.
 #include <fmt/core.h>

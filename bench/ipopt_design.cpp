@@ -40,7 +40,8 @@ void set_options(Ipopt::IpoptApplication& application, IpoptHessian hessian) {
   options->SetIntegerValue("acceptable_iter", 0);
   options->SetIntegerValue("max_iter", 1000000);
   options->SetStringValue("nlp_scaling_method", "none");  // units are the program's
-  // Bounds hardly ever press: a barrier that weighs anything leads away from what is sought.
+  // Bounds are hardly ever active: a barrier with a considerable weight leads away from the
+  // optimum.
   options->SetStringValue("mu_strategy", "monotone");
   options->SetNumericValue("mu_init", 1e-6);
   if (hessian == IpoptHessian::kLimitedMemory) {

@@ -24,16 +24,16 @@ struct IpoptChoice {
 struct IpoptReport {
   int iterations = 0;
   int rounds = 0;
-  int trials = 0;        // equilibria of other parameters asked for
+  int trials = 0;        // requested equilibria of other parameters
   int not_believed = 0;  // of them: lost, jumped or too far
   int newton_steps = 0;  // of both equilibria, over all trials
   int products = 0;
-  std::string end;  // what Ipopt says
+  std::string end;  // Ipopt's message
 };
 
 /// A design by Ipopt: least J with 1 - c / allowed >= 0 and alpha_min - asked >= 0, by parameters
-/// over their mean length, between the same shares of the start's as optimize_design keeps to.
-/// A trial whose equilibria are not believed is one that cannot be evaluated: Ipopt shortens its
+/// over their mean length. Their bounds are the same shares of the start's as in optimize_design. A
+/// trial whose equilibria are not believed is one that cannot be evaluated: Ipopt shortens its
 /// step.
 /// @param design  where the search begins; of lengths alone; stands at its last iterate afterwards
 /// @param seconds  CPU time of this thread after which it is stopped

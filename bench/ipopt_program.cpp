@@ -18,8 +18,8 @@ constexpr int kConstraints = 2;
 /// Ipopt comes back to iterates of a few trials ago.
 constexpr std::size_t kRemembered = 12;
 constexpr double kNoStep = 1e-8;  // share of the mean length that is next to none
-/// Multipliers of constraints that do not press: what their curvature adds to that of J, which
-/// begins at one, is left out. With it a product takes nearly twice as long.
+/// Multipliers of inactive constraints: the addition of their curvature to that of J, which begins
+/// at one, is left out. With it a product takes nearly twice as long.
 constexpr double kNoForce = 1e-4;
 constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is rounding
 
@@ -195,7 +195,7 @@ bool IpoptProgram::stand_at(const Vector& x) {
   return true;
 }
 
-/// Of the weighed sum of the measures, by x.
+/// Hessian of the weighted sum of the measures, by x.
 Eigen::MatrixXd IpoptProgram::hessian(double objective, double flatness, double angle) {
   const Index n = static_cast<Index>(start_.size());
   const double most = std::max(std::abs(flatness) * flatness_allowed_, std::abs(angle));

@@ -11,9 +11,9 @@
 
 namespace limber::bench {
 
-/// A design as Ipopt asks for it: x are parameters over their mean length; J, with the guard's part
-/// of the flat energy, over J of the start; constraints >= 0. Trials begin from the iterate where
-/// derivatives were asked for last, as the optimiser's do.
+/// A design in the form that Ipopt needs. The variables x are parameters over their mean length; J,
+/// with the guard's part of the flat energy, is over J of the start; constraints >= 0. Trials begin
+/// from the iterate of the last derivatives, as the optimiser's do.
 class IpoptProgram final : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
@@ -23,7 +23,7 @@ class IpoptProgram final : public Ipopt::TNLP {
   enum class Interruption {
     kNone,
     kTime,
-    kGuardHinders,  // it weighs as much as what is sought
+    kGuardHinders,  // it weighs as much as the objective
     kFlatLost,      // next to no step is left that the flat shape survives
   };
 
@@ -36,7 +36,7 @@ class IpoptProgram final : public Ipopt::TNLP {
   void begin_round(const rods::detail::GuardWeight& guard, int held);
   [[nodiscard]] Interruption interruption() const { return interruption_; }
   [[nodiscard]] const rods::DesignValues& values() const { return here_.values; }
-  /// What the guard is measured by. Rounding is no measure: instead of it what energies are.
+  /// Measure of the guard. If it is below rounding, the size of energies replaces it.
   [[nodiscard]] double flat_energy() const;
   /// Elsewhere, where it has stood.
   void return_to(const rods::DesignPoint& point);

@@ -48,8 +48,8 @@ class Waves {
   Eigen::Vector3d wave_[3], phase_, amplitude_;
 };
 
-/// Rest lengths of the linkage whose flat shape is moved smoothly, at most by `share` each: what
-/// lies flat by itself lies flat again.
+/// Rest lengths of the linkage whose flat shape is moved smoothly, at most by `share` each: a shape
+/// that lies flat by itself lies flat again.
 Eigen::VectorXd moved_lengths(const DesignProblem& problem, double share) {
   Random random(5);
   const rods::LinkageState& flat = problem.start.flat;
@@ -110,8 +110,8 @@ DesignProblem open_design(const LinkageCase& named, const std::string& path) {
   rods::LinkageEquilibrium equilibrium(model);
   (void)equilibrium.solve(state, flat);
   deployed = flat;
-  // Closed, a linkage hardly resists opening in its plane, and its shape would say more about that
-  // than about its lengths: the flat one is held as open as it is drawn, which takes next to no
+  // A closed linkage hardly resists opening in its plane, and its shape would depend more on that
+  // than on its lengths. The flat one is therefore held as open as it is drawn, with nearly no
   // moment.
   flat.mean_opening_angle = state.mean_opening_angle();
   deployed.mean_opening_angle = named.target * kDegree;

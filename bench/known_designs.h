@@ -11,13 +11,13 @@
 namespace limber::bench {
 
 /// Measures each linkage that there are public figures of, of those that $LIMBER_BENCH_ONLY
-/// selects. What is left out, and what fails, is noted.
+/// selects. Omitted and failed linkages are noted.
 /// @param measure  gets the case and the path of its drawing
 void for_each_design(
     const SuiteOptions& options, Recorder& recorder,
     const std::function<void(const LinkageCase& named, const std::string& path)>& measure);
 
-/// A linkage that designs begin from, and what holds its two shapes.
+/// A linkage that designs begin from, and the supports of its two shapes.
 struct DesignProblem {
   rods::LinkageModel model;
   rods::Conditions flat, deployed;
@@ -39,7 +39,7 @@ struct KnownDesign {
 /// @param share  by which rest lengths differ from the start's, at most
 [[nodiscard]] KnownDesign known_design(const DesignProblem& problem, double share);
 
-/// At the start; the target is what the known design deploys to.
+/// At the start; the target is the deployed shape of the known design.
 [[nodiscard]] rods::LinkageDesign design_towards(const KnownDesign& known,
                                                  const DesignProblem& problem);
 

@@ -6,9 +6,9 @@
 // `first_ms`, `first_most_ms`: from a move to the first shape that knows of it, median and largest
 // but for one in twenty; `final_ms` (waited): to its equilibrium. `shown`: share of moves of which
 // a shape was shown before the next one. `correction_error`: how far the first shape of a move is
-// from its equilibrium, the worst vertex, as a share of how far it is led there from the
-// equilibrium of the move before (waited) or of the linkage's size (60 Hz; `moved`: how far the
-// equilibrium is from where the drag begins), medians. `last_off`: the last equilibrium of both
+// from its equilibrium, the worst vertex, medians. It is a share of how far it is led there from
+// the equilibrium of the move before (waited), or of the linkage's size (60 Hz). `moved` (60 Hz):
+// how far the equilibrium is from the start of the drag. `last_off`: the last equilibrium of both
 // runs, share of the size. `failed`: moves without an equilibrium. --quick moves three times as far
 // at once.
 #include <fmt/core.h>
@@ -94,7 +94,7 @@ class Workers {
   std::vector<std::thread> threads_;
 };
 
-/// What came first of each revision, and last.
+/// First and last shape of each revision.
 class Watch : public session::LinkageListener {
  public:
   struct Seen {
@@ -165,7 +165,7 @@ class Drag {
     const auto& joints = session_.final_result()->state->joints();
     const rods::LinkageModel& model = session_.statics()->model();
     size_ = rods::drawn_extent(model.graph());
-    // Stiff beside what the linkage itself resists at a joint: where the mouse goes the joint goes.
+    // Stiff compared with the linkage's resistance at a joint: the joint follows the mouse.
     const double edge = model.rest_lengths().free_edge.mean();
     const double bending = std::min(model.stiffness().bending_1, model.stiffness().bending_2);
     const auto count = static_cast<int>(joints.size());

@@ -1,8 +1,8 @@
 // Time against error of linkages: burd deployed as the public code's measured runs do it, with 5 to
-// 40 edges a segment (our knob) in two forms of bending. `error`: of the deployed energy against
-// what 80 and 160 edges by the turning angle say together, the error going as the square of the
-// edges' length, in parts of that. The row `public code` is its energy and wall at 10 edges, both
-// as it printed them on another machine.
+// 40 edges a segment (our knob) in two forms of bending. `error`: relative error of the deployed
+// energy. The reference is extrapolated from 80 and 160 edges by the turning angle, the error going
+// as the square of the edges' length. The row `public code` is its energy and wall at 10 edges,
+// both as it printed them on another machine.
 #include <fmt/core.h>
 
 #include <cmath>

@@ -10,10 +10,10 @@
 
 namespace limber::bench {
 
-/// Where rest lengths come from.
+/// Source of rest lengths.
 enum class RestLengthChoice { kDrawn, kSolved };
 
-/// A linkage of the public data, and what the public code measured on it.
+/// A linkage of the public data, and the public code's measurements of it.
 struct LinkageCase {
   const char* name;
   const char* file;

@@ -38,8 +38,8 @@ void measure_parts(const rods::LinkageModel& model, const rods::LinkageState& st
   result["factorization_ms"] = median(factorization);
 }
 
-/// Medians of a gradient, and of derivatives along directions beside it: a Hessian-vector product,
-/// the same with rest lengths, third derivatives by duals, and D^3 E[v, v] by two gradients.
+/// Medians of a gradient, and of derivatives along directions: a Hessian-vector product, the same
+/// with rest lengths, third derivatives by duals, and D^3 E[v, v] by two gradients.
 void measure_derivatives(const rods::LinkageModel& model, const rods::LinkageState& state,
                          int repeats, Case& result) {
   rods::LinkageAssembly assembly(model);
@@ -139,8 +139,8 @@ rods::DeploymentReport measure_deployment(const LinkageCase& named,
   return report;
 }
 
-/// What the edges are worth for the deployed shape, and how long it takes to find out, the model
-/// with half edges being there already.
+/// Error of the edges for the deployed shape, and the time to estimate it; the model with half
+/// edges exists already.
 void measure_discretisation(const rods::LinkageModel& model, const rods::LinkageState& state,
                             const rods::Conditions& conditions, int repeats, Case& result) {
   rods::DiscretisationEstimator estimator(model);
@@ -157,8 +157,8 @@ void measure_discretisation(const rods::LinkageModel& model, const rods::Linkage
   result["estimate_ms"] = median(times);
 }
 
-/// What the public code found is of its own form of bending: the known energies and times of a case
-/// are left out in another.
+/// Results of the public code are of its own form of bending: the known energies and times of a
+/// case are left out in another.
 Case measure_linkage(LinkageCase named, rods::BendingForm form, const std::string& path,
                      const SuiteOptions& options) {
   rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,

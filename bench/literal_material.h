@@ -33,14 +33,13 @@ struct LiteralMaterialResult {
   std::vector<double> energies, milliseconds;  // after each outer round, since the call
 };
 
-/// Material optimisation as the paper has it (space-time editing, section 5), written plainly: in
+/// Material optimisation as the paper has it (space-time editing, section 5), written plainly. In
 /// turn z by Gauss-Newton with CHOLMOD (testing::LiteralSpacetime), Lambda, then D, each alone and
-/// clipped at its bounds (zero, and for Lambda those of the options too), and S by at most 50
+/// clipped at its bounds (zero, and for Lambda those of the options too). Then S by at most 50
 /// iterations of L-BFGS (liblbfgs). Baseline of the benchmark.
 ///
-/// What it is not slowed down by: the first z is led through rising weights (solve_continued())
-/// where that ends lower, H_f and the pattern of H_z are made once a round, z starts from the round
-/// before.
+/// Accelerations: the first z is led through rising weights (solve_continued()) if that ends lower.
+/// H_f and the pattern of H_z are made once a round, and z starts from the round before.
 [[nodiscard]] LiteralMaterialResult literal_material(
     const std::shared_ptr<const reduced::Kinematics>& kinematics,
     const spacetime::Timeline& timeline,

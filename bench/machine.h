@@ -4,8 +4,8 @@
 
 namespace limber::bench {
 
-/// What figures depend on: `cpu` (model), `cores` (that this process may use), `simd` (level the
-/// program is compiled for), `compiler`, `build_type`.
+/// Machine properties that figures depend on: `cpu` (model), `cores` (that this process may use),
+/// `simd` (level the program is compiled for), `compiler`, `build_type`.
 [[nodiscard]] Case describe_machine();
 
 /// Mean number of processes that wanted a core during the last minute; null where the system does

@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
     status = 1;
     is_complete = false;
   }
-  // What was measured before a failure is shown, but no file is left that looks whole.
+  // Measurements before a failure are shown, but no file is left that looks whole.
   fmt::print("{}", limber::bench::table_of(recorder.cases()));
   if (!is_complete || json.empty()) return status;
   try {

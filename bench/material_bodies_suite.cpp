@@ -1,6 +1,7 @@
-// What fitted materials do to motions, on all samples and on the bodies of the public data: beside
-// the motion of forces alone its share of high frequencies, largest step between frames [body
-// lengths] and energy, and published results above the energy that the fit started from.
+// Effect of fitted materials on motions, on all samples and on the bodies of the public data.
+// Figures, each next to that of the motion of forces alone: share of high frequencies, largest step
+// between frames [body lengths] and energy. Also published results above the energy that the fit
+// started from.
 //
 // Samples: "sample" is the scene as it comes, "sample, free ends" the same with both ends free. All
 // bodies: the tasks of tests/support/material_bodies.h with default models. --quick: bodies of up

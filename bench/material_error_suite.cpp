@@ -1,9 +1,9 @@
-// Time against error of material optimisation: the energy after each of limber's joint steps and
-// after each outer round of the paper's alternation (bench/literal_material.h), from the same
-// start, on the flower's own targets; R = 80, r = 30. Both keep frequencies below an eighth of the
-// frame rate after ten slow steps or rounds, during which energies are of other bounds: rows are of
-// what comes after them. `error`: energy above the least that either found with these variables, in
-// parts of that; the least itself has none and is left out.
+// Time against error of material optimisation, from the same start, on the flower's own targets; R
+// = 80, r = 30. The energies are those after each of limber's joint steps and after each outer
+// round of the paper's alternation (bench/literal_material.h). Both keep frequencies below an
+// eighth of the frame rate after ten slow steps or rounds, during which energies are of other
+// bounds: rows begin after them. `error`: energy above the least that either found with these
+// variables, in parts of that; the least itself has none and is left out.
 #include <fmt/core.h>
 
 #include <algorithm>

@@ -1,26 +1,25 @@
 // Material optimisation, the paper's alternation (bench/literal_material.h) and limber's joint
-// steps, side by side in one run: same kinematics (R = 80, r = 30, h = 80), constraints, mu,
-// initial material (S = (I, 0), D = 0), and bounds of frequencies: an eighth of the frame rate
-// after ten slow rounds of the alternation, ten slow joint steps.
+// steps, side by side in one run. They have the same kinematics (R = 80, r = 30, h = 80),
+// constraints, mu, initial material (S = (I, 0), D = 0), and bounds of frequencies. The bounds are
+// an eighth of the frame rate after ten slow rounds of the alternation, ten slow joint steps.
 //
-// literal_ms: 30 outer rounds from z = 0, the first z led through rising weights. ours_ms: a cold
-// solve for z, then MaterialSolver with its defaults. ms_to_literal_energy: from the same start
-// until limber's energy is at or below the literal method's final one, or within 1e-5 of it (the
-// same minimum, where no method goes below); speedup = literal_ms /
-// ms_to_literal_energy. outer_iterations: limber's steps in all. Energies are totals, E_f + gamma
-// E_c + mu E_s.
+// `literal_ms`: 30 outer rounds from z = 0, the first z led through rising weights. `ours_ms`: a
+// cold solve for z, then MaterialSolver with its defaults. `ms_to_literal_energy`: from the same
+// start until limber's energy is at or below the literal method's final one, or within 1e-5 of it
+// (the same minimum, where no method goes below). `speedup` = literal_ms / ms_to_literal_energy.
+// `outer_iterations`: limber's steps in all. Energies are totals, E_f + gamma E_c + mu E_s.
 //
-// force_energy_z_only and force_energy_all compare control forces at equal constraint error (the
-// paper's figure 7): the constraints' common weight of each is the least power of 2 times the
+// `force_energy_z_only` and `force_energy_all` compare control forces at equal constraint error
+// (the paper's figure 7). The constraints' common weight of each is the least power of 2 times the
 // default at which no constraint is missed by more than kMissed of the body's length. Both are
 // taken with columns of S of unit norm.
 //
 // high_share, literal_high_share: power of the motion above half the Nyquist frequency
 // (spacetime::high_frequency_share).
 //
-// live_first_ms: a session that has optimised all, one target moved by 2 % of the body: until the
-// first motion with a material optimised for it (not just the material of before) is there, frames
-// ready to stream.
+// `live_first_ms`: a session that has optimised all, one target moved by 2 % of the body. Time
+// until the first motion with a material optimised for it (not just the material of before) is
+// there, frames ready to stream.
 #include <fmt/core.h>
 
 #include <cmath>

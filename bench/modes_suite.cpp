@@ -1,19 +1,20 @@
-// How many modes a scene needs: of sessions that choose r themselves, the optimal energies that
-// they compare, what they choose to a tolerance, and what that takes. The scenes are those of the
-// suite "exact", and the task kConstraints on public bodies. $LIMBER_BENCH_ONLY: only scenes whose
-// names contain it.
+// Number of modes that a scene needs. For sessions that choose r themselves: the optimal energies
+// that they compare, their choice to a tolerance, and its cost. The scenes are those of the suite
+// "exact", and the task kConstraints on public bodies. $LIMBER_BENCH_ONLY: only scenes whose names
+// contain it.
 //
-// energy_30: of the final result with the default modes. energy_chosen: of the session's last final
-// result, with `modes` of them. tried: the most that were compared, saving: the share of the energy
-// that those save. first_final_ms: until the first final result, build_ms: of its model; choice_ms:
-// from there (its check included) until there is nothing left to find out; rebuild_ms: of that the
-// build of a model with the chosen modes.
+// `energy_30`: of the final result with the default modes. `energy_chosen`: of the session's last
+// final result, with `modes` of them. `tried`: the most that were compared, saving: the share of
+// the energy that those save. `first_final_ms`: until the first final result, build_ms: of its
+// model. `choice_ms`: from there (its check included) until there is nothing left to find out.
+// `rebuild_ms`: the part of that for the build of a model with the chosen modes.
 //
-// Then the same edits, which move a target by a hundredth of the body each, in a session with the
-// default modes (_30), in this one, and in one that may shrink to kFewest modes (_fewest; fewest:
-// what it took): first_ms and final_ms from an edit to its first and its final result, medians.
-// shape_fewest, energy_fewest: final results with the fewest against those with the default modes,
-// the worst frame as a share of the motion's largest one, and the share of the energy.
+// Then the same edits, which move a target by a hundredth of the body each, in three sessions. They
+// are one with the default modes (_30), this one, and one that may shrink to kFewest modes
+// (_fewest; fewest: the number it took). `first_ms` and `final_ms`: from an edit to its first and
+// its final result, medians. `shape_fewest`, `energy_fewest`: final results with the fewest against
+// those with the default modes, the worst frame as a share of the motion's largest one, and the
+// share of the energy.
 #include <fmt/core.h>
 
 #include <atomic>
@@ -66,7 +67,7 @@ struct Edited {
   }
 };
 
-/// Of the motion's largest frame, the worst one. @param rest  3n
+/// The worst frame as a share of the motion's largest one. @param rest  3n
 double shape_difference(const Eigen::MatrixXd& motion, const Eigen::MatrixXd& other,
                         const Eigen::VectorXd& rest) {
   return (other - motion).colwise().norm().maxCoeff() /

@@ -12,8 +12,8 @@ struct PathShape {
   double period = 40;   // frames of one swing of the first mode
 };
 
-/// Constraints on three nodes in turn, spread over the time line but for its outer tenths, on the
-/// path of a smooth motion of the model's first six modes: the same for every run.
+/// Constraints on three nodes in turn, on the path of a smooth motion of the model's first six
+/// modes: the same for every run. They are spread over the time line but for its outer tenths.
 [[nodiscard]] SpacetimeProblem path_problem(const NamedBody& named,
                                             std::shared_ptr<const reduced::ReducedModel> model,
                                             const PathShape& shape);

@@ -1,11 +1,10 @@
-// Holds over more and more frames: what a solve and an edit cost, and in which form of the
-// constraints' system (rows: dense in rows; frames: blocks along time). The sample flower with its
-// own modes, 2000 frames; one node far from the fixed ones is held, 200 frames of a path lead
-// there.
+// Holds over more and more frames: cost of a solve and of an edit, and the form of the constraints'
+// system (rows: dense in rows; frames: blocks along time). The sample flower with its own modes,
+// 2000 frames; one node far from the fixed ones is held, 200 frames of a path lead there.
 //
-// frames: of the hold with its path. cold_ms: from rest to the optimum. move_ms: from a moved path
-// to the optimum. move_steps: iterations. missed: largest miss in the path's frames [L]. --quick:
-// up to 400 frames.
+// `frames`: of the hold with its path. `cold_ms`: from rest to the optimum. `move_ms`: from a moved
+// path to the optimum. `move_steps`: iterations. `missed`: largest miss in the path's frames [L].
+// --quick: up to 400 frames.
 #include <fmt/core.h>
 
 #include <memory>

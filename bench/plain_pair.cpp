@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kShortestSample_s = 0.02;
 
-/// One side of a pair with what is known of it.
+/// One side of a pair with its measurements.
 struct TimedSide {
   const std::function<double()>& run;
   double answer = 0;

@@ -1,4 +1,4 @@
-// Ours against the plainly written way of the same answer, both in one run: what
+// Ours against the plainly written method for the same answer, both in one run: the ratios that
 // scripts/check-ratios guards. Needs no public data. One thread, CPU time, both sides in turn
 // (plain_pair.h). $LIMBER_BENCH_ONLY: only pairs whose names contain it.
 #include <fmt/core.h>
@@ -33,7 +33,7 @@
 namespace limber::bench {
 namespace {
 
-/// Pairs one after the other; what a pair needs lives as long as its measurement.
+/// Pairs one after the other; the data of a pair lives as long as its measurement.
 class RatioSuite {
  public:
   RatioSuite(const SuiteOptions& options, Recorder& recorder)

@@ -1,9 +1,9 @@
 // Full rotation-strain reconstruction of a frame against the reduced one, speed against error on
 // held-out poses. $LIMBER_BENCH_ONLY: only bodies whose names contain it.
 //
-// Without --quick also what else one could do: rows with `cubature` "linear modes",
-// "modal warping" and "full" are of whole shapes in double precision, 3n numbers a frame;
-// batch_us_per_frame is of whole shapes there, of coordinates q in the others.
+// Without --quick there are alternatives, too. Rows with `cubature` "linear modes", "modal warping"
+// and "full" are of whole shapes in double precision, 3n numbers a frame. `batch_us_per_frame` is
+// of whole shapes there, of coordinates q in the others.
 #include <fmt/core.h>
 
 #include "bench/suite.h"

@@ -46,7 +46,7 @@ double relative(const Eigen::MatrixXd& got, const Eigen::MatrixXd& expected) {
   return (got - expected).norm() / expected.norm();
 }
 
-/// The least E_c^RS that any S and z of so many modes have: what principal components leave.
+/// The least E_c^RS that any S and z of so many modes have: the residual of principal components.
 double least_constraint(const Eigen::MatrixXd& z, int modes) {
   return 0.5 * reference::symmetric_eigenvalues(z * z.transpose())
                    .head(z.rows() - modes)

@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPython = "/usr/bin/python3";
-// Of the child that becomes it: the same program, also where a build has replaced the file since.
+// For the child that becomes it: the same program, also if a build has replaced the file since.
 constexpr const char* kThisProgram = "/proc/self/exe";
 
-enum class Part { kAlways, kWhole };            // of a report: what --quick leaves out is kWhole
+enum class Part { kAlways, kWhole };            // of a report: --quick leaves kWhole out
 enum class SuiteSize { kQuick, kFull, kSame };  // kSame: --quick where the report is
 
 struct ReportRun {
@@ -31,7 +31,7 @@ struct ReportRun {
   Part part;
   const char* only;  // $LIMBER_BENCH_ONLY of a whole report; empty: all cases
   const char* quick_only = "";
-  int repeats = 0;  // 0: as asked for
+  int repeats = 0;  // 0: as requested
 };
 
 // The order is that of the page. Sizes are such that the whole takes less than ten minutes on two
@@ -83,7 +83,7 @@ enum class Output { kShown, kHidden };
 
 struct Ended {
   int status = 0;          // exit code, 128 + the signal that ended it
-  double cpu_seconds = 0;  // of the program and what it started and waited for
+  double cpu_seconds = 0;  // of the program and the children that it waited for
 };
 
 double seconds_of(const timeval& time) {

@@ -7,14 +7,14 @@
 
 namespace limber::bench {
 
-/// Runs the suites of the report one after the other, each in a process of its own with the sizes
-/// that suit a report of minutes, and draws the page (bench/report/make_page.py).
+/// Runs the suites of the report one after the other, and draws the page
+/// (bench/report/make_page.py). Each is a process of its own with the sizes that suit a report of
+/// minutes.
 ///
-/// Writes to `folder`: raw/ID.json, what each suite wrote; raw/report.json, the machine, the
-/// commit, the load before and after, and of each run its suite, arguments, seconds, CPU
-/// seconds and exit code;
-/// index.html, README.md and plots/*.svg. Earlier raw/*.json and plots/*.svg are removed. A suite
-/// that fails is said to have failed on the page.
+/// Writes to `folder`: raw/ID.json, the output of each suite; raw/report.json; index.html,
+/// README.md and plots/*.svg. In report.json are the machine, the commit, the load before and
+/// after, and of each run its suite, arguments, seconds, CPU seconds and exit code. Earlier
+/// raw/*.json and plots/*.svg are removed. The page reports suites that failed.
 /// @param suites  names that there are: runs of others are left out
 /// @returns the program's exit code: 0, or 1 where a suite or the page failed
 /// @throws std::runtime_error where the page cannot be drawn here (no Python with matplotlib),

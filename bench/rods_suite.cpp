@@ -86,8 +86,8 @@ void run_problem(const Problem& problem, const char* form_name, rods::BendingFor
     result["error_percent"] = 100 * answer.error;
     result["order"] = nullptr;
     result["extrapolated_error_percent"] = nullptr;
-    // What the last two discretisations say together, if the error goes as the square of the
-    // edges' length.
+    // Extrapolation of the last two discretisations, if the error goes as the square of the edges'
+    // length.
     const double ratio = previous_edges > 0 ? double(edges) / previous_edges : 0;
     if (previous_edges > 0) {
       result["order"] = std::log(previous / answer.error) / std::log(ratio);

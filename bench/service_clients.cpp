@@ -24,7 +24,7 @@ constexpr std::chrono::milliseconds kPatience{1000};
 /// A sample that takes seconds to be built.
 constexpr const char* kBuilt = "bird";
 
-/// One client, its session and what it measured.
+/// One client, its session and its measurements.
 class Editor {
  public:
   Editor(const ServerProcess& server, const std::string& sample, int number)

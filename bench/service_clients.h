@@ -7,8 +7,8 @@
 
 namespace limber::bench {
 
-/// So many clients, each with a session of its own that it edits at a steady rate, whatever becomes
-/// of the edits before, and whose frames it reads.
+/// Clients, each with a session of its own that it edits at a steady rate, independent of the state
+/// of earlier edits. Each reads its session's frames.
 struct ServiceLoad {
   int clients = 1;
   double edits_per_s = 30;  // of each

@@ -18,7 +18,7 @@ namespace {
 namespace pb = limber::v1;
 using Clock = std::chrono::steady_clock;
 
-/// Sessions that are asked for again, spread over all.
+/// Sessions that are requested again, spread over all.
 constexpr int kReturns = 50;
 constexpr std::chrono::seconds kUntilAllRest{120};
 

@@ -1,5 +1,5 @@
-// Real sockets, real processes: one client edits the flower, one edit after another, and times what
-// a person would notice: acknowledgement, the first changed frames, the final frames.
+// Real sockets, real processes. One client edits the flower, one edit after another, and times the
+// visible steps: acknowledgement, the first changed frames, the final frames.
 #include <fmt/core.h>
 
 #include <string>
@@ -109,7 +109,7 @@ void service_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const ServiceLoad& load : {ServiceLoad{1, 30, seconds}, ServiceLoad{1, 30, seconds, 3},
                                   ServiceLoad{8, 4, seconds}, ServiceLoad{64, 1, seconds}}) {
     for (const Journal& journal : journals) {
-      // What storing costs shows at one.
+      // One client is sufficient to show the cost of storing.
       if (journal.options.empty() && (load.clients > 1 || load.builders > 0)) continue;
       Case row = measure_clients(options, recorder, load, "flower", journal.options);
       row["journal"] = journal.name;

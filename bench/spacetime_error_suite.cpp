@@ -1,9 +1,9 @@
-// Time against error of the space-time solve for z: limber's solver cold from nothing at several
-// tolerances (our knob), and the paper's method as written at the same ones, from z = 0 and led
-// through rising weights (tests/support/literal_spacetime.h). `ms`: tables of the constrained
-// sites, solver, constraints, solve; medians. `error`: energy above the least that was found, in
-// parts of that; below 1e-15 it is rounding. What ends in another minimum keeps an error that no
-// tolerance takes away.
+// Time against error of the space-time solve for z. Limber's solver starts cold from nothing at
+// several tolerances (our knob). The paper's method as written runs at the same ones, from z = 0
+// and led through rising weights (tests/support/literal_spacetime.h). `ms`: tables of the
+// constrained sites, solver, constraints, solve; medians. `error`: energy above the least that was
+// found, in parts of that; below 1e-15 it is rounding. A run that ends in another minimum keeps an
+// error that no tolerance removes.
 #include <fmt/core.h>
 
 #include <algorithm>

@@ -65,8 +65,8 @@ SpacetimeProblem sample_problem(const std::string& name, int coordinates, Record
 
 namespace {
 
-/// Nodes that swing far and lie apart (head, hands, tail), by farthest-point sampling of what the
-/// first modes move.
+/// Nodes that swing far and lie apart (head, hands, tail), by farthest-point sampling of the
+/// displacements of the first modes.
 std::vector<int> outer_nodes(const bodies::ElasticBody& body, const ReducedModel& model,
                              int count) {
   const auto nodes = static_cast<Eigen::Index>(model.node_count);

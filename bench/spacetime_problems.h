@@ -37,8 +37,8 @@ struct SpacetimeProblem {
                                               Recorder& recorder);
 
 /// 27 constraints on three nodes in turn, on the path of a random smooth motion of the model's own
-/// modes (largest displacement near a quarter of the body), each off it by up to 0.3 % of the body.
-/// N = 350, r = 30, h = 80. Empty without the public data.
+/// modes (largest displacement near a quarter of the body). Each is off it by up to 0.3 % of the
+/// body. N = 350, r = 30, h = 80. Empty without the public data.
 [[nodiscard]] std::optional<SpacetimeProblem> tyrannosaurus_problem(int coordinates,
                                                                     const SuiteOptions& options,
                                                                     Recorder& recorder);

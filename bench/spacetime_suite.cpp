@@ -1,26 +1,25 @@
 // Space-time solve for z, the paper's own method (LiteralSpacetime) and limber's, side by side in
-// one run: same kinematics, same constraints, same start z = 0, same tolerance on the same
-// scale-free gradient (kTolerance: energies then agree to 1e-6, as energy_relative_difference
-// shows; where it does not, the two ended in different minima and the ratio of times means
-// nothing).
+// one run. They have the same kinematics, constraints, start z = 0, and tolerance on the same
+// scale-free gradient (kTolerance). Energies then agree to 1e-6, as energy_relative_difference
+// shows; if they do not, the two ended in different minima and the ratio of times means nothing.
 //
-// What is timed. cold_ms: tables of the constrained sites, solver, constraints, solve to
-// convergence, motion of all frames; nothing that depends on the model alone. literal_cold_ms: the
-// same with the literal method. From z = 0 at full weight Gauss-Newton may end in a worse minimum,
-// or crawl; then energies cannot be compared. So literal_cold_ms, energy_literal and
-// literal_iterations are of whichever is faster of those that reach limber's energy: the literal
-// method as printed (literal_start = "zero") or led by the same kind of continuation as limber's
-// cold start ("continued", LiteralSpacetime::solve_continued). Both are reported: literal_zero_*,
-// literal_continued_*.
+// Timed parts: `cold_ms`: tables of the constrained sites, solver, constraints, solve to
+// convergence, motion of all frames; nothing that depends on the model alone. `literal_cold_ms`:
+// the same with the literal method. From z = 0 at full weight Gauss-Newton may end in a worse
+// minimum, or crawl; then energies cannot be compared. Therefore literal_cold_ms, energy_literal
+// and literal_iterations are of the fastest literal run that reaches limber's energy. The literal
+// method runs as printed (literal_start = "zero") or led by the same kind of continuation as
+// limber's cold start ("continued", LiteralSpacetime::solve_continued). Both are reported:
+// literal_zero_*, literal_continued_*.
 //
 // Gauss-Newton converges linearly where targets cannot be met; the last digits cost it many steps.
-// So that this does not flatter the ratio, *_to_1e-6_ms say when each was within 1e-6 (relative) of
-// its own final energy, known only afterwards.
+// The ratio would benefit from that; therefore *_to_1e-6_ms are the times when each was within 1e-6
+// (relative) of its own final energy, known only afterwards.
 //
-// warm_first_ms: one target moved by 2 % of the body's length, correct() and the motion of all
-// frames. warm_first_frames_ms: with the reduced coordinates of all frames, ready to stream.
-// warm_converged_ms: from the move to convergence, first motion included; cold_default_ms and all
-// warm times are at the default tolerance of the solver, which the service uses (1e-8).
+// `warm_first_ms`: one target moved by 2 % of the body's length, correct() and the motion of all
+// frames. `warm_first_frames_ms`: with the reduced coordinates of all frames, ready to stream.
+// `warm_converged_ms`: from the move to convergence, first motion included. `cold_default_ms` and
+// all warm times are at the default tolerance of the solver, which the service uses (1e-8).
 //
 // Last, sessions of long scenes (bench/long_scenes.h). $LIMBER_BENCH_ONLY: only parts whose names
 // contain it, of "flower", "tyrannosaurus" and "long scenes".
@@ -48,7 +47,7 @@ using spacetime::Solver;
 /// there at all; a tighter tolerance would only count those.
 constexpr double kTolerance = 1e-4;
 
-/// What the constraints add to a model: site tables, and the constraints in their terms.
+/// Additions of the constraints to a model: site tables, and the constraints in their terms.
 struct PreparedSites {
   std::shared_ptr<ReducedKinematics> kinematics;
   std::vector<PositionConstraint> constraints;
@@ -156,7 +155,7 @@ struct Warm {
   double cold_energy_difference = 0;  // after the last move, against a new solver's, relative
 };
 
-/// Moves the constraints in turn to 2 % of the body's length beside their first targets.
+/// Moves the constraints in turn to 2 % of the body's length from their first targets.
 Warm run_warm(const SpacetimeProblem& problem, int moves) {
   const PreparedSites prepared = prepare(problem, without_sites(problem));
   const auto solver = make_solver(problem, prepared, {});
@@ -219,7 +218,7 @@ void add_literal(Case& result, const std::string& prefix, const Literal& literal
   result[prefix + "_iterations"] = literal.result.iterations;
 }
 
-/// How the warm solves went, beside their times.
+/// Iterations of the warm solves, with their times.
 void add_warm(Case& result, const Warm& warm) {
   result["warm_iterations"] = median(warm.iterations);
   result["warm_moves"] = warm.first.size();

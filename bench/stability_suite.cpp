@@ -1,10 +1,10 @@
-// Every hard case of every wing, made harder decade by decade until something gives: what was
-// asked, what happened, and by which margin. An answer that claims convergence is checked by what
-// shares no code with the solver; each row is a process of its own, with a wall limit.
+// Every hard case of every wing, made harder decade by decade until something fails: the task, the
+// outcome, and its margin. An answer that claims convergence is checked by code that it does not
+// share with the solver; each row is a process of its own, with a wall limit.
 //
-// $LIMBER_BENCH_ONLY: only sweeps whose "wing: name" contains it. $LIMBER_STABILITY_EDITS: edits of
-// the longest session, 1e5 unless given. $LIMBER_STABILITY_FAULTS: rows that are faulty on purpose
-// instead, to see that the suite finds them.
+// `$LIMBER_BENCH_ONLY`: only sweeps whose "wing: name" contains it. `$LIMBER_STABILITY_EDITS`:
+// edits of the longest session, 1e5 unless given. `$LIMBER_STABILITY_FAULTS`: rows that are faulty
+// on purpose instead, to see that the suite finds them.
 #include <fmt/core.h>
 
 #include <map>
@@ -56,7 +56,7 @@ Case row_of(const Sweep& sweep, std::size_t index, const stability::Ended& ended
   return row;
 }
 
-/// What rows add up to.
+/// Sums of rows.
 struct Count {
   int rows = 0, faults = 0, missed = 0;
 };

@@ -1,10 +1,10 @@
-// Bytes of a frame on the wire against the error of what a client draws from them, with what a
+// Bytes of a frame on the wire against the error of a client's picture, with the bytes that a
 // client has to fetch once, on held-out poses. Sizes are of whole messages `Frames` of 100 frames,
 // as the server encodes them. `error`: mean over poses of the displacement's difference from full
 // rotation-strain shapes of the same z, relative. Our knob is the tolerance that the model is built
-// to: coordinates of a better model are longer. The alternatives send positions of the model of
-// 1 %, in single precision or quantised, full shapes in single precision, or the modal coordinates
-// of linear modes.
+// to: coordinates of a better model are longer. The alternatives send positions of the model of 1
+// %, in single precision or quantised, full shapes in single precision, or the modal coordinates of
+// linear modes.
 #include <fmt/core.h>
 
 #include "bench/suite.h"
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kSentFrames = 100;
 
-/// Poses that are sent, and what they should look like.
+/// Poses that are sent, and their expected appearance.
 struct SentPoses {
   const bodies::ElasticBody& body;
   Eigen::VectorXf rest;  // 3n

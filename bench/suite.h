@@ -61,7 +61,8 @@ void paths_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_errors_suite(const SuiteOptions& options, Recorder& recorder);
 void estimates_suite(const SuiteOptions& options, Recorder& recorder);
-// Of the report: time against error, growth, and what scripts/check-ratios guards.
+// Suites of the report: time against error, growth, and the ratios that scripts/check-ratios
+// guards.
 void spacetime_error_suite(const SuiteOptions& options, Recorder& recorder);
 void material_error_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_error_suite(const SuiteOptions& options, Recorder& recorder);

@@ -19,7 +19,7 @@ using spacetime::MaterialSolver;
 using spacetime::PositionConstraint;
 
 constexpr double kNoTarget = -1;        // no energy is below it
-constexpr double kRepeatedSeconds = 5;  // what takes longer is measured once
+constexpr double kRepeatedSeconds = 5;  // longer runs are measured once
 
 struct Placed {
   std::shared_ptr<ReducedKinematics> kinematics;

@@ -7,7 +7,7 @@
 
 namespace limber::bench {
 
-/// What an optimisation of a row of table 1 took, and what it ended at. Times are medians.
+/// Cost and result of an optimisation of a row of table 1. Times are medians.
 struct Optimised {
   int outer_iterations = 0;     // accepted joint steps
   int inner_iterations = 0;     // evaluations of u and J, and steps of the cold z
@@ -21,7 +21,7 @@ struct Optimised {
   std::optional<double> literal_seconds, literal_energy, seconds_to_literal;
 };
 
-/// Whether the paper's alternation is run beside ours.
+/// Whether the paper's alternation is run too.
 enum class Baseline { kNone, kLiteral };
 
 /// z, Lambda, D and S of position constraints (spacetime::MaterialSolver with its defaults).

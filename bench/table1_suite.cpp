@@ -1,13 +1,14 @@
-// Table 1 of space-time editing, row by row: same sizes (its beam, dinosaur and tyrannosaurus; our
-// flower and bird), h = R = 80, beside the printed values (paper_*, seconds of a 2.93 GHz Core 2).
+// Table 1 of space-time editing, row by row, with the same sizes (its beam, dinosaur and
+// tyrannosaurus; our flower and bird), h = R = 80. Printed values are given too (paper_*, seconds
+// of a 2.93 GHz Core 2).
 //
 // Two models per body. The paper's method (md_*, weights_*): StVK modal derivatives, scalar weights
 // on as many tets as it prints. Ours: the better basis (basis_kind says which), fitted maps on 32
 // tets. *_basis_s: modal analysis and B; *_cubature_s: training poses and cubature. Errors: mean
 // over held-out poses, of displacements against full RS. Their poses take all 80 modes at equal
-// energies, more than the simulated training poses of the paper can have; *_of_30: the same sizes
+// energies, more than the simulated training poses of the paper can have. `*_of_30`: the same sizes
 // built and judged with the leading 30 modes only, from which the paper makes its basis.
-// training_poses is ours; weights are fitted to at most 400.
+// `training_poses` is ours; weights are fitted to at most 400.
 //
 // Optimisation: z, Lambda, D and S, as many constraints, frames and modes as printed. The rows with
 // 150 constraints are recoveries, of poses in all 150 frames of a simulated motion

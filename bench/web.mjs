@@ -1,9 +1,10 @@
-// The page in headless Chromium against a limberd of its own, as one JSON object: from address to picture, from the mouse to the
-// new motion and to its picture, bytes of an edit, several pages on one session, a page that nobody looks at.
+// The page in headless Chromium against a limberd of its own, as one JSON object. It measures from address to picture,
+// from the mouse to the new motion and to its picture, bytes of an edit, several pages on one session, and a hidden
+// page.
 //
 //     node bench/web.mjs [--sample flower] [--frame 150] [--node 957] [--moves 60] [--repeats 5] [--pages 8] [--sleep 60]
 //
-// Needs what scripts/test-web needs: limberd ($LIMBER_BIN or build/release/bin), clients/web/dist, Chromium.
+// Needs the same as scripts/test-web: limberd ($LIMBER_BIN or build/release/bin), clients/web/dist, Chromium.
 import { readFileSync } from "node:fs";
 import { cpus, loadavg } from "node:os";
 import { parseArgs } from "node:util";
@@ -119,7 +120,7 @@ function countBytes(page) {
   return counts;
 }
 
-/** Where the point is that is dragged. */
+/** Position of the dragged point. */
 async function place(page) {
   await page.evaluate((frame) => window.limber.opened.goTo(frame), FRAME);
   const at = await page.evaluate(
@@ -207,7 +208,7 @@ try {
   Object.assign(result, { first_picture_ms: quantile(first, 0.5), first_picture_most_ms: quantile(first, 1) });
 
   note("drags");
-  await dragAround(page, 10); // what is made once
+  await dragAround(page, 10); // for objects that are made once
   await instrument(page);
   const before = { ...counts };
   await dragAround(page, MOVES);

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is said of the machine by every suite already.
+/// Properties of the machine that every suite reports already.
 constexpr std::array kOfTheMachine{"suite",      "date",        "processor",
                                    "processors", "load_before", "load_after"};
 
@@ -50,7 +50,7 @@ fs::path find_script() {
   return script;
 }
 
-/// What the command prints on stdout. @throws std::runtime_error where it fails
+/// Output of the command on stdout. @throws std::runtime_error if it fails
 std::string output_of(const std::string& command) {
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"),
                                                    [](FILE* file) { return pclose(file); });

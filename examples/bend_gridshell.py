@@ -23,7 +23,7 @@ with limber.launch() as server:
     shape = report(shell, "bent up", drawn := shell.geometry().rest)
     shell.edit([limber.beam_edits.load(node, (0, 0, -60)) for node in range(len(drawn)) if drawn[node, 0] > 0])
     shape = report(shell, "snow on one half", shape)
-    # In one request: else the shell would follow each support as it comes, and what it snaps by would show in between.
+    # All in one request: else the shell would follow each support as it comes, and show the snaps in between.
     shell.edit([limber.beam_edits.move(motion.node, **{axis: 0.7 * getattr(motion, axis) for axis in "xy" if motion.HasField(axis)})
                 for motion in shell.structure().motions])
     report(shell, "rim a third back", shape)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Opens the beam, the dinosaur and the tyrannosaurus of ../shared/data/bodies and edits each of them live.
 
-The dinosaur follows the author's path constraints (shared_bodies.py says how they are to be read), the others are bent
-at the node farthest from what holds them. Prints a line per edit. Run it with
+The dinosaur follows the author's path constraints (shared_bodies.py explains how to read them), the others are bent at the node
+farthest from their fixed nodes. Prints a line per edit. Run it with
 
     PYTHONPATH=clients/python examples/edit_shared_bodies.py [beam] [dino] [tyrannosaurus]
 """
@@ -19,7 +19,7 @@ FRAMES = {"beam": 200, "dino": 400, "tyrannosaurus": 350}  # dino: its last path
 
 
 def report(session: limber.Session, what: str, start: float) -> limber.Result:
-    """Waits for the final result of what was just sent, and prints it."""
+    """Waits for the final result of the last edit, and prints it."""
     acknowledged = time.monotonic()
     result = session.wait()
     print(f"  {what:<44} ack {1e3 * (acknowledged - start):7.2f} ms, final {1e3 * (time.monotonic() - start):8.2f} ms, "
@@ -28,7 +28,7 @@ def report(session: limber.Session, what: str, start: float) -> limber.Result:
 
 
 def edit_far_node(session: limber.Session, fixed: list[int]) -> None:
-    """Bends the body at the node farthest from what holds it: to one side, back, up, and drags the first one on."""
+    """Bends the body at the node farthest from its fixed nodes: to one side, back, up, and drags the first one on."""
     rest = session.geometry().rest
     node = int(np.linalg.norm(rest - rest[fixed].mean(axis=0), axis=1).argmax())
     size = float((rest.max(axis=0) - rest.min(axis=0)).max())

@@ -1,4 +1,4 @@
-"""A simulated flower, edited: `edit_simulation.py [FRAMES]` prints how far its constraint is missed and what it costs."""
+"""A simulated flower, edited: `edit_simulation.py [FRAMES]` prints the error of its constraint and the cost."""
 
 import sys
 

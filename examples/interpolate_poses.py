@@ -1,4 +1,4 @@
-"""Three poses of a bird's wings and a partial constraint, interpolated: prints how far they are missed at what cost."""
+"""Three poses of a bird's wings and a partial constraint, interpolated: prints their errors and the cost."""
 
 import limber
 import numpy as np

@@ -1,6 +1,6 @@
 // Deploys the sample hyperboloid, holds its foot, and pushes a joint of its rim inwards, step by
-// step. push_hyperboloid [ENDPOINT]: of a limberd that runs (`limber start`); $LIMBER_ENDPOINT, or
-// else tcp://127.0.0.1:7801, by default.
+// step. `push_hyperboloid [ENDPOINT]`: of a limberd that runs (`limber start`); $LIMBER_ENDPOINT,
+// or else tcp://127.0.0.1:7801, by default.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

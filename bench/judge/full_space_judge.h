@@ -34,10 +34,10 @@ struct Judgement {
 };
 
 /// Control forces plus constraints (space-time editing, eq. 17) with the full rotation-strain map,
-/// written plainly as the judge of what the engine answers: all frames and modes are unknowns, K of
-/// each mode is a dense matrix, u of a node is the solution of the whole Laplacian, its Jacobian
-/// goes tet by tet with the derivative of the rotation, steps are Gauss-Newton's with halving. It
-/// shares with the engine the mesh's gradients and nothing else.
+/// written plainly as the judge of the engine's answers. All frames and modes are unknowns, K of
+/// each mode is a dense matrix, and u of a node is the solution of the whole Laplacian. Its
+/// Jacobian goes tet by tet with the derivative of the rotation; steps are Gauss-Newton's with
+/// halving. It shares with the engine the mesh's gradients and nothing else.
 /// @param start  z, r x N: the optimum of the basin that it lies in is found
 /// @param max_steps  0: only evaluates the start
 [[nodiscard]] Judgement judge(const JudgedProblem& problem, const Eigen::MatrixXd& start,

@@ -11,7 +11,7 @@ from rows import Raw
 
 
 class Style(Enum):
-    CURVE = "curve"  # ours: what its knob gives
+    CURVE = "curve"  # ours: the values along its knob
     POINTS = "points"  # an alternative
 
 
@@ -28,7 +28,7 @@ class Line:
 
 @dataclass
 class Figure:
-    """key: name of the file. floor: what is smaller (or zero) is drawn there, since axes are logarithmic."""
+    """key: name of the file. floor: smaller values (or zero) are drawn there, since axes are logarithmic."""
 
     key: str
     title: str

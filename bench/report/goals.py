@@ -3,18 +3,18 @@
 goals.json is a list of objects:
 
     key        unique, for people who talk about it
-    text       what is promised, one line
+    text       the promise, one line
     run        id of the run that measures it (raw/ID.json)
     where      values that its rows have (rows.matches)
-    value      the field that is compared; "over": a field that it is divided by
-    scale      what it is multiplied with, e.g. 100 from parts to percent; 1
+    value      the compared field; "over": its divisor, another field
+    scale      its factor, e.g. 100 from parts to percent; 1
     absolute   true: its size counts, not its sign
     reduce     of several rows: "max", "min" or "median"; "exponent": of a power law of value over the field "by";
                without it there must be a single row
     direction  "at most" or "at least"
     target     the number
     unit       of both
-    claimed    the file that claims it, "here" where this row is the claim, "goal" where the project wants it and does not
+    claimed    the file that claims it, "here" where this row is the claim, "goal" if the project wants it and does not
                claim to have it
 """
 
@@ -45,7 +45,7 @@ class Outcome(Enum):
 
 @dataclass
 class Judged:
-    """A goal and what was measured. measured: None where its run is no part of this report, or failed."""
+    """A goal and its measurement. measured: None if its run is no part of this report, or failed."""
 
     goal: "dict[str, Any]"
     measured: Optional[float]

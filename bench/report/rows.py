@@ -1,4 +1,4 @@
-"""What `limber-bench report` wrote: the report's own file and the rows of each run."""
+"""Output of `limber-bench report`: the report's own file and the rows of each run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Raw:
 
 
 def load(folder: Path) -> Raw:
-    """The raw data in a folder. Raises OSError or ValueError where report.json is missing or is not what is described."""
+    """The raw data in a folder. Raises OSError or ValueError if report.json is missing or has another form."""
     report = json.loads((folder / "report.json").read_text())
     for key in ("machine", "commit", "runs"):
         if key not in report:

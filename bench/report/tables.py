@@ -11,7 +11,7 @@ from rows import Raw
 
 @dataclass
 class RawTable:
-    """columns: head and field, or head, field and what its numbers are multiplied with."""
+    """columns: head and field, or head, field and the factor of its numbers."""
 
     run: str
     title: str

@@ -43,7 +43,7 @@ Finding column(const Column& column) {
   const bool is_below = column.load < 1;
   const bool is_resolved = std::abs(column.load - 1) >= kResolved && column.load - 1 < kPlane;
   if (is_resolved && std::isfinite(expected)) {
-    // In units of the limit: forces that balance beside a wrong shape are no answer.
+    // In units of the limit: forces that balance at a wrong shape are no answer.
     const double off = is_below ? is : std::abs(is / expected - 1);
     finding.error = std::max(finding.error, off / kAllowedDeflection * kAllowedForce);
   }

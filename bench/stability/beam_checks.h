@@ -5,12 +5,12 @@
 
 namespace limber::bench::stability {
 
-/// What a solution says of itself; error and limit are for the caller.
+/// Claim of a solution; error and limit are for the caller.
 [[nodiscard]] Finding finding_of(const beams::BeamSolution& found);
 
-/// Largest force or moment that is not balanced at a free unknown, by differences of the elastic
-/// energy, over the largest one of any unknown (reactions and loads included) or, where there are
-/// none, over a thousandth of EI / extent^2. Loads of fixed direction without moments, no releases.
+/// Largest unbalanced force or moment at a free unknown, by differences of the elastic energy. It
+/// is relative to the largest one of any unknown (reactions and loads included) or, if there are
+/// none, to a thousandth of EI / extent^2. Loads of fixed direction without moments, no releases.
 [[nodiscard]] double imbalance_by_energy(const beams::BeamStructure& structure,
                                          const beams::BeamState& state);
 

@@ -239,7 +239,7 @@ void add_methods(Sweeps& sweeps, const Sweep& pattern,
     Sweep sweep = pattern;
     sweep.name += fmt::format(", {}", to_string(method));
     sweep.run = [=](double value) { return run(value, method); };
-    // What is claimed is claimed of what a user gets.
+    // The project's claims hold for the user's default method.
     if (method != BeamMethod::kChoose) sweep.required = 0;
     sweeps.push_back(std::move(sweep));
   }

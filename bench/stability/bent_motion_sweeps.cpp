@@ -96,7 +96,8 @@ Finding stretched(double distance, double weight) {
   return against_literal(std::make_shared<TwoLinkArm>(), test_dynamics(2, 30, 0.01), {40}, {far});
 }
 
-/// Exact targets in reach: what is held, and whether softer ones that approach it agree.
+/// Exact targets in reach: how well they are held, and whether softer ones that approach them
+/// agree.
 Finding held_exactly(double amplitude) {
   const auto kinematics = std::make_shared<ChainKinematics>(9, 8, 1.0, 2.0, 3);
   const ModeDynamics dynamics = test_dynamics(9, 40, 0.01);
@@ -114,7 +115,7 @@ Finding held_exactly(double amplitude) {
                                 report.max_exact_error, report.message);
   finding.allowed = 1e-3;
   if (!finding.is_finite) return finding;
-  // Of a minimum that holds exact targets, heavy soft ones take off miss^2 weight and no more.
+  // At a minimum that holds exact targets, heavy soft ones take off miss^2 weight and no more.
   auto heavy = constraints;
   for (PositionConstraint& constraint : heavy) constraint.weight = 1e7;
   LiteralSpacetime literal(kinematics, dynamics, timeline, heavy);

@@ -50,8 +50,8 @@ VectorXd elastic_forces(const ElasticBody& body, const VectorXd& u) {
   return forces;
 }
 
-/// Distance of a step of Euler's backward rule from rest to the solution of its equations beside
-/// it, in the norm of energy and over the step's own: Newton's method in plain dense algebra.
+/// Distance of a step of Euler's backward rule from rest to the solution of its equations, in the
+/// norm of energy and over the step's own. The reference is Newton's method in plain dense algebra.
 double distance_from_solution(const ElasticBody& body, const FullDynamics& dynamics,
                               const VectorXd& force, double time_step) {
   std::vector<int> free;

@@ -1,6 +1,6 @@
-// Sessions under many edits, one solved before the next: the last answer against a session that is
-// opened with what the edits have made and solves it from rest, memory, and what edits take in the
-// first and the last tenth of the session.
+// Sessions under many edits, one solved before the next. Compared are the last answer and a session
+// that opens the edited scene and solves it from rest. Further: memory, and the time of edits in
+// the first and the last tenth of the session.
 
 #include <fmt/core.h>
 
@@ -87,7 +87,7 @@ class Growth {
   std::vector<float> first_, last_;  // there from the beginning: no growth
 };
 
-/// Of all answers along the way.
+/// Counts of all answers along the path.
 struct Answers {
   int failed = 0, refused = 0;
   bool are_finite = true;
@@ -108,8 +108,8 @@ Finding finding_of(const Answers& answers, bool has_converged, double difference
 }
 
 /// Makes the edits, each solved before the next.
-/// @param any_edit  gives the next one, as a list of it; @param check  notes in `answers` what is
-/// wrong with a result
+/// @param any_edit  gives the next one, as a list of it; @param check  notes in `answers` the
+/// faults of a result
 template <class Session, class AnyEdit, class CheckResult>
 Answers solve_edits(Session& session, int edits, Growth& growth, const AnyEdit& any_edit,
                     const CheckResult& check) {
@@ -130,7 +130,7 @@ Answers solve_edits(Session& session, int edits, Growth& growth, const AnyEdit& 
   return answers;
 }
 
-/// Of linkages and of beams.
+/// For linkages and for beams.
 constexpr auto check_shape = [](const auto& result, Answers& answers) {
   if (!result.report.converged()) ++answers.failed;
   answers.are_finite = answers.are_finite && result.frames->allFinite();

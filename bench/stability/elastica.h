@@ -10,7 +10,7 @@ struct ElasticaTip {
   double along = 0;       // 1 - u
 };
 
-/// By elliptic integrals (shared with nobody's solver). @param alpha  P L^2 / EI, > 0
+/// By elliptic integrals (no solver shares this code). @param alpha  P L^2 / EI, > 0
 [[nodiscard]] ElasticaTip cantilever_tip(double alpha);
 
 /// By Runge and Kutta's method and bisection: pieces of equal length from root to tip, each with

@@ -70,7 +70,7 @@ Finding exact(const ElasticBody& body, double reach, double weight = 100) {
   finding.message = fmt::format("{} iterations. {}", report.iterations, report.message);
   finding.allowed = kAllowedEnergy;
   if (finding.claim == Claim::kNotConverged || !finding.is_finite) return finding;
-  // What it says of its motion, and what can still be gained from there.
+  // The reported energy of its motion, and the possible gain from there.
   const double shown = judge(judged, solver.motion(), 0).energy;
   const double best = judge(judged, solver.motion(), kJudgeSteps).energy;
   const double scale = std::max(best, 1e-10 * rest);  // weights beyond reach leave nothing else

@@ -71,7 +71,7 @@ Json answer_of(const std::function<Finding()>& work) {
   _exit(0);  // threads of the engine and buffers of the parent go with the process
 }
 
-/// What the child writes until it closes its end.
+/// Output of the child until it closes its end.
 /// @returns false at the limit
 bool read_all(int pipe, double limit, std::string& text) {
   const auto start = Clock::now();

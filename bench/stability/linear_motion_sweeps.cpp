@@ -25,7 +25,7 @@ using spacetime::Timeline;
 using testing::LinearKinematics;
 
 constexpr double kAllowedEnergy = 1e-6;
-// Of motions, in units of the limit of energies: these are flat about an optimum.
+// Limit of motions, in units of the limit of energies: these are flat about an optimum.
 constexpr double kAllowedMotion = 1e-5;
 constexpr int kFrames = 40;
 constexpr double kNoMotion = 1e-12;  // weights that hardly pull may be left to rest
@@ -34,7 +34,7 @@ Claim claim_of(const SolveReport& report) {
   return report.status == SolveStatus::kConverged ? Claim::kConverged : Claim::kNotConverged;
 }
 
-/// E_f + sum gamma E_c of z = 0, for energies that are rounding beside it.
+/// E_f + sum gamma E_c of z = 0, for energies that are rounding compared with it.
 double energy_at_rest(const LinearKinematics& kinematics,
                       const std::vector<PositionConstraint>& constraints) {
   double energy = 0;
@@ -59,7 +59,7 @@ Finding against_dense(const LinearKinematics& kinematics, const ModeDynamics& dy
   const double motion_error =
       (solver.motion() - dense.z).norm() / std::max(dense.z.norm(), kNoMotion);
   finding.error = std::max(energy_error, motion_error * kAllowedEnergy / kAllowedMotion);
-  // Where the rows lose their rank even in long double there is nothing to compare with: an answer
+  // If the rows lose their rank even in long double, there is nothing to compare with: an answer
   // that claims to be one counts as wrong.
   const bool has_reference = dense.z.norm() > 0 && std::isfinite(energy_error);
   if (!has_reference) finding.error = 1;
@@ -87,7 +87,7 @@ Finding with_spread(double ratio, double weight) {
                        linear_constraints(kinematics, 4, kFrames, weight, 10));
 }
 
-/// Targets in two frames beside each other that ask for a jump, by slow modes.
+/// Targets in two successive frames that demand a jump, by slow modes.
 Finding neighbouring_frames(double period) {
   const LinearKinematics kinematics(3, 1, 1.0, 11);
   std::vector<PositionConstraint> constraints =
@@ -145,8 +145,8 @@ Finding with_modes(double count) {
 Finding with_frames(double count) {
   const int frames = static_cast<int>(count);
   const LinearKinematics kinematics(2, 2, 1.0, 19);
-  // Where an end leaves velocities free, motions that would grow more than four times on the way to
-  // it are held at zero there (spacetime/NOTATION.md): another problem than the dense one. Short
+  // If an end leaves velocities free, motions that would grow more than four times towards it are
+  // held at zero there (spacetime/NOTATION.md). That problem differs from the dense one. Short
   // scenes have no room for held velocities, nor for growth.
   const auto end = frames > 30 ? spacetime::EndCondition::kPinnedPositionVelocity
                                : spacetime::EndCondition::kPinnedPosition;

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Of scaled eigenvalues: what differences of gradients leave.
+// Noise of scaled eigenvalues by differences of gradients.
 constexpr double kSpectralNoise = 1e-6;
 // Added to scaled second derivatives, so that rigid motions of floating parts are no division by 0.
 constexpr double kRegularisation = 1e-10;
@@ -63,7 +63,7 @@ Finding finding_of(const EquilibriumReport& report, const LinkageModel& model,
   Finding finding;
   finding.claim = report.converged() ? Claim::kConverged : Claim::kNotConverged;
   finding.message = report.message;
-  // The energy of an edge that is folded back is infinite; who says so need not know a number.
+  // The energy of an edge that is folded back is infinite; without convergence it may be so.
   finding.is_finite = !report.converged() || std::isfinite(report.potential());
   for (int s = 0; s < model.variables().segments(); ++s)
     for (int v = 0; v <= model.variables().edges(s); ++v)
@@ -91,7 +91,7 @@ double minimum_error(const LinkageModel& model, const LinkageState& state,
       value -= mean_moment * joint.opening_angle;
     return value;
   };
-  /// Of the elastic energy and the springs: where these and all else balance.
+  /// Gradient of the elastic energy and the springs, which balances all else.
   const auto gradient = [&](const LinkageState& shape) {
     VectorXd values(variables.size());
     (void)assembly.gradient(shape, values);

@@ -106,7 +106,7 @@ Finding with_load(double force) {
   return minimum(model, conditions, equilibrium_of(model, conditions));
 }
 
-/// A spring far away takes a floating linkage there as it is.
+/// A spring far away takes a floating linkage there without deformation.
 Finding carried(double away) {
   const LinkageModel model = curved_model();
   LinkageEquilibrium equilibrium(model);

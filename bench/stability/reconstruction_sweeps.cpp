@@ -99,7 +99,7 @@ Finding turned_as_a_whole(double angle) {
   Finding finding;
   finding.claim = Claim::kConverged;
   finding.is_finite = u.allFinite() && jacobian.allFinite();
-  // Of differences less is left than of places: both by their own limits.
+  // Differences have fewer exact digits than positions: both by their own limits.
   finding.error = std::max((u - expected(theta)).norm() / arm.norm(),
                            slope_error * kAllowedReconstruction / kAllowedSlope);
   finding.allowed = kAllowedReconstruction;

@@ -46,7 +46,7 @@ Finding cantilever_tip_of(double alpha, double modulus, double length, double he
   const ElasticaTip tip = cantilever_tip(alpha);
   finding.error =
       (x.segment<2>(4 * edges) / length - Eigen::Vector2d(tip.along, tip.deflection)).norm();
-  // Stretching: P L / EA, and what forty edges leave.
+  // Stretching: P L / EA, and the error of forty edges.
   const double thickness = height / length;
   finding.allowed = 1e-3 + alpha * thickness * thickness / 12;
   return finding;

@@ -6,11 +6,10 @@
 
 namespace limber::bench::stability {
 
-/// What an answer says of itself.
+/// Claim of an answer about itself.
 enum class Claim { kConverged, kNotConverged };
 
-/// What was answered, and how far it is from what a check finds that shares no code with the solver
-/// which answered.
+/// An answer, and its distance from the result of a check that shares no code with its solver.
 struct Finding {
   Claim claim = Claim::kNotConverged;
   double error = 0;          // unitless; as Sweep::check says
@@ -22,12 +21,12 @@ struct Finding {
 /// One hard case, with one number that makes it harder.
 struct Sweep {
   std::string wing, name;
-  std::string parameter;       // what the number is, with its unit
+  std::string parameter;       // meaning of the number, with its unit
   std::string asked;           // the task
-  std::string check;           // what answers are compared with
+  std::string check;           // reference for the answers
   std::vector<double> values;  // from easy to hard, as a rule in decades
-  /// So many of the values must be certified: what the project claims to hold. 0: a case that has
-  /// no right answer, or whose limit is measured here.
+  /// Number of values that must be certified: the project's claim. 0: a case that has no right
+  /// answer, or whose limit is measured here.
   int required = 0;
   /// Any of the answers is fine as long as none is wrong. @throws Error where it is refused
   std::function<Finding(double)> run;

@@ -7,7 +7,7 @@
 
 namespace limber::bench::stability {
 
-/// How a row ended, before anything is said of its numbers.
+/// How a row ended, independent of its numbers.
 enum class End {
   kAnswered,
   kRefused,  // with an Error, whose message says why
@@ -40,8 +40,8 @@ enum class Outcome {
 struct Verdict {
   Outcome outcome = Outcome::kWrong;
   std::optional<double> error;   // of an answer, where it is finite
-  std::optional<double> margin;  // allowed / error, of what is certified; error at least 1e-16
-  std::string reason;            // the answer's own words, or what is wrong with it
+  std::optional<double> margin;  // allowed / error, of certified rows; error at least 1e-16
+  std::string reason;            // the answer's own words, or its fault
 };
 
 [[nodiscard]] Verdict verdict_of(const Ended& ended);

@@ -1,4 +1,4 @@
-// allow, revoke, allowed: who may do what on a server with CURVE keys.
+// allow, revoke, allowed: permissions on a server with CURVE keys.
 
 #include <fmt/format.h>
 

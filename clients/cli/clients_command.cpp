@@ -1,4 +1,4 @@
-// clients: who is in a session, and who made its newest revisions.
+// clients: the clients in a session, and the authors of its newest revisions.
 
 #include <fmt/format.h>
 

@@ -117,7 +117,7 @@ client::Client& Context::client() {
 
 namespace {
 
-/// What a kind that limber.v1 does not know has put into a message cannot be printed without its
+/// Content that a kind unknown to limber.v1 has put into a message cannot be printed without its
 /// .proto.
 void leave_out_unknown(google::protobuf::Message& message) {
   using google::protobuf::FieldDescriptor;

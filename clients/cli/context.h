@@ -22,21 +22,21 @@ enum ExitCode {
   kInterrupted = 130,  // Ctrl-C
 };
 
-/// What every subcommand shares: where the server is, how to print.
+/// State shared by all subcommands: where the server is, how to print.
 class Context {
  public:
   std::string endpoint;
-  std::string client_name;  // what others in a session see; empty: limber-USER@HOST
+  std::string client_name;  // shown to others in a session; empty: limber-USER@HOST
   bool json = false;
   double timeout_s = 10;
   double connect_timeout_s = 2;      // to find out whether a server is there
   std::string server_key, key_file;  // CURVE; both or none
   int exit_code = kDone;
 
-  /// The client, made when first asked for.
+  /// The client, made at the first request.
   [[nodiscard]] client::Client& client();
   [[nodiscard]] client::ClientOptions client_options() const;
-  /// Of a client that ends what is under way: it ignores Ctrl-C, and does not wait for long.
+  /// Options of a client that ends running work: it ignores Ctrl-C, and does not wait for long.
   [[nodiscard]] client::ClientOptions closing_options() const;
   /// A session of one kind, or of any (OpenSession). Requests name it as it is given: a command
   /// makes one or two.
@@ -70,10 +70,10 @@ class DeferInterrupts {
 
 /// The folder this program lies in.
 [[nodiscard]] std::string own_folder();
-/// limberd beside this program, else on PATH. @throws ClientError NOT_FOUND
+/// The limberd in the folder of this program, else on PATH. @throws ClientError NOT_FOUND
 [[nodiscard]] std::string find_limberd();
 
-/// Refuses what is no time within [least, most] seconds. CLI::Range lets NaN through.
+/// Refuses values that are no time within [least, most] seconds. CLI::Range lets NaN through.
 [[nodiscard]] CLI::Validator seconds_in(double least, double most);
 /// Seconds as the client library wants them.
 [[nodiscard]] client::Milliseconds milliseconds(double seconds);

@@ -7,7 +7,7 @@
 
 namespace limber::cli {
 
-/// What `limber export --format` may be.
+/// Values of `limber export --format`.
 inline const std::map<std::string, v1::ExportFormat> kExportFormats = {
     {"pvd", v1::EXPORT_FORMAT_PVD},         {"pc2", v1::EXPORT_FORMAT_PC2},
     {"vtp", v1::EXPORT_FORMAT_VTP},         {"obj", v1::EXPORT_FORMAT_OBJ},

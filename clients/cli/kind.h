@@ -8,8 +8,8 @@ namespace limber::cli {
 
 namespace v1 = limber::v1;
 
-/// What the command line says of sessions of one kind. As it stands: of a kind that limber.v1 does
-/// not know, what sessions of all kinds have.
+/// Texts of the command line about sessions of one kind. The base class has those of sessions of
+/// all kinds, for a kind that limber.v1 does not know.
 class Kind {
  public:
   Kind() = default;
@@ -25,7 +25,7 @@ class Kind {
   [[nodiscard]] virtual std::string sizes(const v1::SessionStatus& status) const;
   /// A result that is a solution, as lines "name  value".
   [[nodiscard]] virtual std::string describe(const v1::ResultInfo& result) const;
-  /// What a line about a result says at its end: ", motion error 2 %".
+  /// End of a line about a result: ", motion error 2 %".
   [[nodiscard]] virtual std::string remark(const v1::ResultInfo& /*result*/) const { return ""; }
 
   // `limber show`: lines in front of the newest result, and behind it.
@@ -55,7 +55,7 @@ class Kind {
   /// Whether the energy of a result is known before it is final.
   [[nodiscard]] virtual bool has_energy_of_iterates() const { return true; }
 
-  /// What a scene that was made of a file of its shape alone has besides, in words.
+  /// Assumptions, in words, of a scene that was made of a file of its shape alone.
   [[nodiscard]] virtual std::string assumptions(const v1::Scene& /*scene*/) const { return ""; }
 
  protected:

@@ -6,7 +6,7 @@
 
 namespace limber::cli {
 
-/// The kind of a session; of one that limber.v1 does not know, what all kinds have.
+/// The kind of a session; for a kind that limber.v1 does not know, the common base.
 [[nodiscard]] const Kind& kind_of(const v1::SessionStatus& status);
 
 /// One result as lines "name  value".

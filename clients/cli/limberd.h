@@ -5,8 +5,8 @@
 
 namespace limber::cli {
 
-/// Becomes limberd with these arguments, under the name of limber: for what needs the engine, or
-/// files of the server, which clients do not link. Does not return.
+/// Becomes limberd with these arguments, under the name of limber. For commands that need the
+/// engine, or files of the server, which clients do not link. Does not return.
 /// @throws ClientError NOT_FOUND
 [[noreturn]] void become_limberd(std::vector<std::string> arguments);
 

@@ -9,7 +9,7 @@
 
 namespace limber::cli {
 
-/// What `limber load` is given.
+/// Options of `limber load`.
 struct LoadOptions {
   std::string session;
   std::optional<unsigned> node, element, joint;
@@ -18,7 +18,7 @@ struct LoadOptions {
   bool follows = false;
 };
 
-/// What the load is of says which kind of session it is for.
+/// The loaded element defines which kind of session it is for.
 using SendLoad = v1::EditResponse (*)(Context&, const LoadOptions&);
 struct LoadsOfKinds {
   SendLoad node, element, joint;

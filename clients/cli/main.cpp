@@ -147,7 +147,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return run(argc, argv);
-  } catch (...) {  // even what is thrown where an error is reported
+  } catch (...) {  // even an exception from the report of an error
     std::fputs("limber: it cannot say what went wrong\n", stderr);
     return limber::cli::kRefused;
   }

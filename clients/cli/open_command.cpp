@@ -56,7 +56,7 @@ void close_quietly(const Context& context, const std::string& session) {
   }
 }
 
-/// Of the server.
+/// Names of the server's samples.
 std::vector<std::string> sample_names(Context& context) {
   const auto known = client::sample(context.client());
   return {known.names().begin(), known.names().end()};
@@ -89,7 +89,7 @@ v1::Scene scene_of(Context& context, const OpenOptions& options, client::FileKin
   return client::load_scene(options.scene);
 }
 
-/// What was chosen for a file that is no scene.
+/// Choices that were made for a file that is no scene.
 void print_assumptions(Context& context, const std::string& path, const std::string& session) {
   const auto response = context.session<client::OpenSession>(session).status_and_scene();
   fmt::print(stderr,
@@ -98,7 +98,7 @@ void print_assumptions(Context& context, const std::string& path, const std::str
              path, kind_of(response.status()).assumptions(response.scene()), session);
 }
 
-/// What `open` is short of, as far as a server can be asked.
+/// Missing arguments of `open`, as far as a server can be asked.
 std::string what_to_open(Context& context) {
   try {
     return fmt::format("a scene file, or a sample: {}", fmt::join(sample_names(context), ", "));
@@ -107,7 +107,7 @@ std::string what_to_open(Context& context) {
   }
 }
 
-/// @throws ClientError of options of filling for what is no surface
+/// @throws ClientError for options of filling if the file is no surface
 void refuse_filling(const OpenOptions& options, client::FileKind kind) {
   if (kind == client::FileKind::kTriangles || !options.filling.is_given()) return;
   throw ClientError(
@@ -144,7 +144,7 @@ void open(Context& context, const OpenOptions& options) {
     scene.mutable_material_optimisation()->set_slow_steps(*options.slow_steps);
   v1::OpenSessionResponse opened;
   {
-    const DeferInterrupts defer;  // what has been opened must be known, to be closed again
+    const DeferInterrupts defer;  // an opened session must be known, to be closed again
     opened = client::begin_session(context.client(), std::move(scene), options.session);
   }
   for (const auto& issue : opened.issues()) fmt::print(stderr, "{}\n", describe(issue));

@@ -29,7 +29,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   void show(const std::string& stage, double fraction);
-  /// Of work that does not say how far it is.
+  /// For work that does not report its progress.
   void show(const std::string& stage);
 
  private:
@@ -59,7 +59,7 @@ void note_failure(Context& context, const v1::ResultInfo& result);
 
 /// Sizes and errors of a model, on one line.
 [[nodiscard]] std::string describe(const v1::ModelInfo& model);
-/// What a wait ends with: "first", "final" or "checked".
+/// End of a wait: "first", "final" or "checked".
 [[nodiscard]] v1::WaitRequest::Until wait_until(const std::string& word);
 /// "warning: mesh.tets[7]: ..."
 [[nodiscard]] std::string describe(const v1::Issue& issue);

@@ -8,9 +8,9 @@
 
 namespace limber::cli {
 
-/// Of three numbers; of none: zeros.
+/// Vector of three numbers; of none: zeros.
 [[nodiscard]] client::Vector vector(const std::vector<double>& values);
-/// The revision and what was touched; warnings go to stderr.
+/// Prints the revision and the edited items; warnings go to stderr.
 void print_receipt(const Context& context, const v1::EditResponse& response);
 
 }  // namespace limber::cli

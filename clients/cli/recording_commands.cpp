@@ -1,5 +1,5 @@
-// record, replay: what clients and a server say to each other, and whether it is said again. Done
-// by the Python client.
+// record, replay: messages between clients and a server, and whether they repeat. Done by the
+// Python client.
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-// frames, export, watch: what comes out.
+// frames, export, watch: commands for results.
 
 #include <fmt/format.h>
 

@@ -16,7 +16,7 @@ namespace {
 using client::ClientError;
 using client::Milliseconds;
 
-/// `limber web` is asked for them.
+/// `limber web` shows them.
 void hide_tokens(v1::GetServerInfoResponse& info) {
   info.clear_web_token();
   info.clear_web_tokens();

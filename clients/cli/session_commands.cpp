@@ -95,7 +95,7 @@ void show_progress(const v1::SessionStatus& status, std::uint64_t wanted, Progre
     bar.show(fmt::format("solving, revision {}", status.revision()));
 }
 
-/// Looks at the session in between; what is there soon shows nothing.
+/// Looks at the session in between; a result that is there soon shows nothing.
 v1::ResultInfo wait_with_progress(OpenSession& session, std::uint64_t revision,
                                   const WaitLine& line) {
   ProgressBar bar;

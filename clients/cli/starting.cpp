@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using client::ClientError;
 using client::Milliseconds;
 
-/// The stream beside the requests: the next port, or the path with .stream behind it.
+/// The stream endpoint for that of requests: the next port, or the path with .stream behind it.
 std::string stream_beside(const std::string& endpoint) {
   const auto colon = endpoint.rfind(':');
   if (endpoint.starts_with("tcp://") && colon > 5) {
@@ -93,7 +93,7 @@ std::vector<std::string> limberd_command(const Context& context, const StartOpti
   return arguments;
 }
 
-/// The last lines of what was written to a file since it had `begin` bytes.
+/// The last lines written to a file since it had `begin` bytes.
 std::string newest_lines(const std::string& file, std::uintmax_t begin) {
   constexpr std::size_t kLines = 3;
   std::ifstream in(file);

@@ -16,7 +16,7 @@ struct StartOptions {
   std::vector<std::string> more;  // options of limberd
 };
 
-/// Where what outlasts a server is kept: $XDG_STATE_HOME/limber, or ~/.local/state/limber. Made if
+/// Folder of data that outlasts a server: $XDG_STATE_HOME/limber, or ~/.local/state/limber. Made if
 /// it is not there.
 [[nodiscard]] std::filesystem::path state_folder();
 
@@ -25,11 +25,11 @@ struct StartOptions {
 
 enum class Start { kStarted, kRunsAlready };
 /// Starts limberd in the background unless one answers, and waits until it is ready.
-/// @param info  what it says of itself
+/// @param info  its description of itself
 Start start_server(const Context& context, const StartOptions& options,
                    v1::GetServerInfoResponse& info);
 
-/// Whether one answers. @param info  what it says of itself then
+/// Whether one answers. @param info  its description of itself then
 [[nodiscard]] bool answers(const Context& context, client::Milliseconds patience,
                            v1::GetServerInfoResponse& info);
 

@@ -1,4 +1,4 @@
-// status: one picture of the server, for who runs it.
+// status: summary of the server, for administrators.
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ double messages(const Info& info) {
   return count_of(info, "published") + count_of(info, "web_published");
 }
 
-/// Of what counts something: per second since the start, and in between.
+/// Rate of a counter: per second since the start, and in between.
 struct Rate {
   double since_start = 0, now = 0;
 };
@@ -107,7 +107,7 @@ void print_slowest(const v1::ServerStatus& status) {
                seconds(one->longest_solve_s()));
 }
 
-/// Those who follow streams, and each for whom something waits.
+/// Clients that follow streams, and each with waiting messages.
 void print_streams(const Info& info) {
   constexpr int kMost = 8;
   const auto& queues = info.status().queues();
@@ -189,7 +189,7 @@ std::string json_of(const Rate& rate) {
   return fmt::format(R"({{"now_per_s":{},"since_start_per_s":{}}})", rate.now, rate.since_start);
 }
 
-/// What GetServerInfo says, and the rates beside it.
+/// The answer of GetServerInfo, and the rates with it.
 void print_all_as_json(const Info& before, const Info& info) {
   std::string all = to_json(info);
   all.pop_back();  // its brace
@@ -199,7 +199,7 @@ void print_all_as_json(const Info& before, const Info& info) {
 
 Info ask(Context& context) {
   auto info = client::server_status(context.client());
-  info.clear_web_token();  // `limber web` is asked for it
+  info.clear_web_token();  // `limber web` shows it
   return info;
 }
 

@@ -24,7 +24,7 @@ using client::ClientError;
 struct WebOptions {
   StartOptions start;
   bool no_open = false;
-  std::string role;  // what the page may do; empty: what whoever asks may
+  std::string role;  // of the page; empty: that of the requesting client
 };
 
 #ifdef __APPLE__
@@ -41,7 +41,7 @@ bool has_display() {
 }
 #endif
 
-/// Where a browser on this machine finds what is bound to all addresses.
+/// Address for a browser on this machine of a server that is bound to all addresses.
 std::string reachable(std::string url) {
   for (const auto& [any, own] :
        {std::pair{"://0.0.0.0:", "://127.0.0.1:"}, {"://[::]:", "://[::1]:"}}) {
@@ -51,7 +51,7 @@ std::string reachable(std::string url) {
   return url;
 }
 
-/// Other users of this machine see what a program is called with. On loopback without keys they may
+/// Other users of this machine see the arguments of a program. On loopback without keys they may
 /// ask the server for the token anyway.
 bool is_secret(const Context& context) {
   return !context.endpoint.starts_with("tcp://") || !context.key_file.empty();

@@ -6,9 +6,9 @@
 
 namespace limber::client {
 
-// Who may do what on a server with CURVE keys. Each needs the role administer, and may throw
-// ClientError as Client::call: PERMISSION_DENIED without it, FAILED_PRECONDITION where the server
-// has no list of keys.
+// Permissions on a server with CURVE keys. Each needs the role administer, and may throw
+// ClientError as Client::call: PERMISSION_DENIED without it, FAILED_PRECONDITION if the server has
+// no list of keys.
 
 /// In the order of the list.
 [[nodiscard]] v1::ListAllowedResponse list_allowed(Client& client);
@@ -17,7 +17,7 @@ namespace limber::client {
 /// @param name  whose it is, 1 to 64 of [A-Za-z0-9._@-]; empty: as it was
 v1::AllowResponse allow(Client& client, const std::string& key, v1::Role role,
                         const std::string& name = "");
-/// Takes a key off the list: whoever has it is cut off when this returns.
+/// Takes a key off the list: its clients are disconnected when this returns.
 /// @param key  the key, or its name in the list
 v1::RevokeResponse revoke(Client& client, const std::string& key);
 

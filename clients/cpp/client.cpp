@@ -107,7 +107,7 @@ void Client::open_socket() {
   try {
     zmq::socket_t socket(context_, ZMQ_DEALER);
     configure(socket);
-    connections_.reset();  // before what it watches
+    connections_.reset();  // before the socket that it watches
     socket_ = std::move(socket);
     connections_.emplace(context_, socket_, ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
     was_connected_ = false;
@@ -237,8 +237,8 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
   const std::uint64_t heard_before = heard_;
   const auto give_up = [&](bool was_silent) {
     abandon(id);
-    // What waits in the socket would be done by the next run. Requests still in flight would be
-    // lost with it.
+    // Requests that wait in the socket would be executed by the next run. Requests still in flight
+    // would be lost with it.
     if ((was_silent || put_off) && pending_.empty()) open_socket();
   };
   while (true) {
@@ -264,14 +264,14 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
     if (readable) {
       receive_one();
     } else if (is_anew && again != nullptr) {
-      send(again->bytes);  // what the server had not read went with the connection before
+      send(again->bytes);  // the previous connection lost its unread requests
     } else if (Clock::now() < next_sending) {
       continue;
     } else if (Clock::now() < deadline) {
       next_sending = deadline;
       if (put_off) {
-        // A connection to the run that ends takes requests with it: those that nobody answers are
-        // sent anew, and never wait twice in a socket.
+        // A connection to the run that ends takes requests with it. Unanswered ones are sent anew,
+        // and never wait twice in a socket.
         if (pending_.size() == 1) open_socket();
         next_sending = std::min(deadline, Clock::now() + patience);
         patience *= 2;

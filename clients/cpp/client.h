@@ -26,7 +26,7 @@ struct CurveKeys {
 struct ClientOptions {
   Milliseconds timeout{10000};  // > 0: for answers to requests that wait for nothing themselves
   std::optional<CurveKeys> keys;
-  /// What others in a session see this client as, at most 64 bytes; empty: limberd finds a name.
+  /// Name shown to others in a session, at most 64 bytes; empty: limberd finds a name.
   std::string client_name;
   /// Asked about ten times a second while waiting; true ends the wait with CANCELLED.
   std::function<bool()> interrupted;
@@ -45,11 +45,10 @@ inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 ///
 /// Lazy Pirate (zguide, chapter 4): a request has a deadline. If it passes and the server was
 /// silent meanwhile, the socket is closed and opened again, so that nothing queued for a dead
-/// server reaches the next one. A request is sent once more where the connection was lost and is
-/// there again, and after half of its time, under the same id: limberd applies what changes
-/// something once and answers it again; the first answer counts. What a server refuses at its end,
-/// and another run of it is to do, is sent to that one, within the time of the request and
-/// ClientOptions::timeout.
+/// server reaches the next one. A request is sent once more, under the same id, if the connection
+/// was lost and is there again, and after half of its time. The server applies changes once and
+/// answers again; the first answer counts. If a server refuses a request at its end, for another
+/// run to execute it, the request is sent to that run, within its time and ClientOptions::timeout.
 ///
 /// A restart of limberd is reported by ServerRestarted: requests that name a session are meant for
 /// the run that instance() says, or, as NAME@UID, for that very session.
@@ -62,8 +61,7 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   /// One request, one response; a long one comes in parts (parts.proto), of which each has the
-  /// time. @throws ClientError what the server says; Unreachable if it says
-  /// nothing
+  /// time. @throws ClientError of the server's refusal; Unreachable if it is silent
   template <class RequestBody>
   typename Rpc<RequestBody>::Response call(const RequestBody& body,
                                            std::optional<Milliseconds> timeout = {}) {
@@ -95,7 +93,7 @@ class Client {
   void abandon(std::uint64_t id);
 
   [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
-  /// The run of limberd that plain names of sessions are meant for: that of the first answer; a
+  /// The run of limberd that plain names of sessions refer to: that of the first answer. It is a
   /// later one once a restart was reported, or a session was opened there. Empty before any answer.
   [[nodiscard]] const std::string& instance() const { return instance_; }
   [[nodiscard]] const ClientOptions& options() const { return options_; }
@@ -105,7 +103,7 @@ class Client {
   /// is over.
   /// @throws ClientError CANCELLED if interrupted
   bool wait_readable(zmq::socket_t& socket, Milliseconds timeout) const;
-  /// What every socket of a client has in common.
+  /// Options that every socket of a client has in common.
   void configure(zmq::socket_t& socket) const;
 
  private:
@@ -129,8 +127,8 @@ class Client {
   /// A request with the next id, which is in flight from now on.
   Again stamped(v1::Request& request);
   void send(const std::string& bytes);
-  /// @param again  what is sent once more after half of the time, and to the run that follows one
-  /// that ends; null: nothing
+  /// @param again  sent once more after half of the time, and to the run that follows one that
+  /// ends; null: nothing
   v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what, const Again* again);
   /// Reads one message, of whichever request it answers.
   void receive_one();
@@ -155,7 +153,8 @@ class Client {
   std::uint64_t heard_ = 0;                                    // messages received so far
 };
 
-/// Starts with GetServerInfo, asked once: who is there, and does it speak our protocol?
+/// Starts with GetServerInfo, asked once: whether a server is there, and whether it speaks our
+/// protocol.
 /// @throws Unreachable; ClientError UNSUPPORTED for another protocol
 [[nodiscard]] v1::GetServerInfoResponse greet(Client& client,
                                               std::optional<Milliseconds> timeout = {});

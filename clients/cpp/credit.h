@@ -22,7 +22,7 @@ class Credit {
 
   /// The bytes of a request that says all of it.
   [[nodiscard]] std::string request();
-  /// Of the request that was made last.
+  /// Id of the request that was made last.
   [[nodiscard]] std::uint64_t id() const { return id_; }
 
   /// A message was read. @returns whether it is time for another request
@@ -37,7 +37,7 @@ class Credit {
   std::map<std::string, std::uint64_t> topics_;  // and the newest message of each that was read
   std::string instance_;                         // of these
   std::uint64_t id_ = 0;
-  std::uint64_t read_bytes_ = 0, granted_ = 0;  // positions: read, and last told
+  std::uint64_t read_bytes_ = 0, granted_ = 0;  // positions: read, and last reported
   std::uint64_t window_bytes_ = 4u << 20;
   std::string cut_off_;
 };

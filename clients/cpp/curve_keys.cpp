@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kKeyLength = 40;
 
-/// One Z85 key, white space around it aside. The message never shows what was read: it may be a
+/// One Z85 key, white space around it aside. The message never shows the content: it may be a
 /// secret.
 std::string read_key(const std::filesystem::path& path, const std::string& field) {
   const std::string text = read_bytes(path, field);
@@ -31,7 +31,7 @@ Readers readers_of(const std::filesystem::path& path) {
   return (status.st_mode & (S_IRWXG | S_IRWXO)) == 0 ? Readers::kOwner : Readers::kOthers;
 }
 
-/// What others may read is no secret.
+/// Refuses files that other users may read: they are not secret.
 void demand_private(const std::filesystem::path& path, const std::string& field) {
   if (readers_of(path) != Readers::kOthers) return;
   throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
@@ -53,7 +53,7 @@ std::string public_key(const std::string& given, const std::string& field) {
                       "'" + given + "' is neither a CURVE key (40 characters of Z85) nor a file");
   }
   if (is_key_file(given + ".pub")) return read_key(given + ".pub", field);
-  // Nobody but its owner may read it: a secret key looks the same, and would be sent.
+  // Only its owner may read it: a secret key looks the same, and would be sent.
   if (!given.ends_with(".pub") && readers_of(given) == Readers::kOwner)
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
                       given + " may hold a secret key: give FILE.pub, or the public key itself");

@@ -57,8 +57,8 @@ class ServerStopped : public Unreachable {
       : Unreachable(v1::ERROR_CODE_SHUTTING_DOWN, "", message) {}
 };
 
-/// Refused by a server at its end, which another run of it follows: what was asked was not done,
-/// and may be sent to that one.
+/// Refused by a server at its end, which another run of it follows: the request was not executed,
+/// and may be sent to that run.
 [[nodiscard]] bool is_for_next_run(const ClientError& error);
 
 }  // namespace limber::client

@@ -22,7 +22,7 @@ struct StreamEvent {
   std::uint64_t missed = 0;
 };
 
-/// What arrived and was not read yet: of each topic the newest. One thread fills it, one reads.
+/// Unread arrivals: of each topic the newest. One thread fills it, one reads.
 class EventQueue {
  public:
   /// @param most  messages of one topic, >= 1; a motion may have megabytes

@@ -16,7 +16,7 @@ enum class WriteMode { kReplace, kAppend };
 void write_bytes(const std::filesystem::path& path, const std::string& bytes,
                  WriteMode mode = WriteMode::kReplace);
 
-/// Of a file's name, with its dot, in lower case.
+/// Ending of a file's name, with its dot, in lower case.
 [[nodiscard]] std::string lower_ending(const std::filesystem::path& path);
 
 /// A mesh file's bytes for upload, with what belongs to it: TetGen's other half, VegaFEM's

@@ -13,10 +13,10 @@ namespace limber::client {
 class MotionBuffer {
  public:
   enum class Outcome {
-    kIgnored,  // older than what there is
+    kIgnored,  // older than the held motion
     kPart,     // some frames are new, others are still to come
     kWhole,    // the motion is that of the message's result
-    kLost,     // messages are missing: begin() with what GetFrames returns
+    kLost,     // messages are missing: begin() with the result of GetFrames
   };
 
   /// All frames of a result, of GetFrames. @throws ClientError MALFORMED

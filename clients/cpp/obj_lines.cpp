@@ -23,7 +23,7 @@ ObjLines read_obj_lines(const std::string& content) {
     if (word != "l") continue;
     long last = 0;
     for (std::string vertex; words >> vertex;) {
-      // What is no number is no vertex: the server says so.
+      // A word that is no number is no vertex: the server says so.
       const std::string_view digits = std::string_view(vertex).substr(0, vertex.find('/'));
       long number = parse_number<int>(digits).value_or(0);
       if (number < 0) number += std::ssize(obj.vertices) + 1;

@@ -112,7 +112,8 @@ v1::Frames OpenSession::frames(const FrameOptions& options) {
     try {
       return frames_in_parts(wanted);
     } catch (const ClientError& error) {
-      // An older server refuses what it does not know of the request: that it can come in parts.
+      // An older server refuses a field of the request that it does not know: that the answer can
+      // come in parts.
       if (error.code() == v1::ERROR_CODE_INVALID_ARGUMENT && error.field() == "get_frames") break;
       if (error.field() != "result_sequence") throw;
     }

@@ -19,7 +19,7 @@ using Vector = std::array<double, 3>;  // x y z
 
 [[nodiscard]] v1::Vector3 message(const Vector& vector);
 
-/// What a wait is for, and how long.
+/// Goal and time limit of a wait.
 struct WaitOptions {
   std::optional<std::uint64_t> revision;  // default: the newest made or seen here
   v1::WaitRequest::Until until = v1::WaitRequest::UNTIL_FINAL;
@@ -28,7 +28,7 @@ struct WaitOptions {
   WaitProgress progress;
 };
 
-/// Which frames of the newest result, and as what.
+/// Frames of the newest result that are requested, and their encoding.
 struct FrameOptions {
   v1::Encoding encoding = v1::ENCODING_COORDINATES;
   unsigned first = 0;
@@ -39,8 +39,8 @@ struct FrameOptions {
 /// How far an export is: parts that are written, of how many.
 using ExportProgress = std::function<void(unsigned done, unsigned count)>;
 
-/// What sessions of all kinds have in common. Edits return as soon as they are accepted; wait() for
-/// the result. Every call may throw ClientError as Client::call. Several may name the same session;
+/// Common part of sessions of all kinds. Edits return as soon as they are accepted; wait() for the
+/// result. Every call may throw ClientError as Client::call. Several may name the same session;
 /// must not outlive its client.
 class OpenSession {
  public:
@@ -59,12 +59,12 @@ class OpenSession {
   [[nodiscard]] v1::Scene scene();
   /// Both of the same revision.
   [[nodiscard]] v1::GetSessionResponse status_and_scene();
-  /// What was chosen for the session and why, which error its newest result has, what would change
-  /// it.
+  /// Choices for the session and their reasons, the error of its newest result, and advice to
+  /// change it.
   [[nodiscard]] v1::ExplainResponse explain();
 
-  /// From now on this client is in the session, as it is from its first edit on; returns who else
-  /// is, and who made the newest revisions.
+  /// From now on this client is in the session, as it is from its first edit on. Returns the other
+  /// clients, and the authors of the newest revisions.
   v1::JoinSessionResponse join();
   /// Others no longer see it in the session, until it edits or joins again.
   v1::LeaveSessionResponse leave();
@@ -96,7 +96,7 @@ class OpenSession {
   /// Those of a large motion come in parts, all of one result, and are put together; quantised
   /// ones come whole.
   [[nodiscard]] v1::Frames frames(const FrameOptions& options = {});
-  /// What decode() makes positions of coordinates with.
+  /// Geometry with which decode() makes positions of coordinates.
   /// @param basis_hash  of frames, whose basis it is then; empty: that of the newest result
   [[nodiscard]] v1::GetGeometryResponse geometry_message(const std::string& basis_hash = {});
   /// Writes files of the newest result, all parts of the same one though edits may go on.

@@ -18,7 +18,7 @@ inline constexpr Milliseconds kLarge{120000};  // for answers that may be many m
 /// Opens a scene and waits until it is built and solved.
 /// @param session  its name; empty: chosen by the server
 /// @returns NAME@UID, which never reaches another session of that name
-/// @throws ClientError also with what the build failed with, TIMEOUT; the session is closed then
+/// @throws ClientError also of the build's failure, TIMEOUT; the session is closed then
 [[nodiscard]] std::string open_session(Client& client, const v1::Scene& scene,
                                        const std::string& session, Milliseconds timeout);
 

@@ -6,9 +6,9 @@
 
 namespace limber::client {
 
-/// Bytes of a long answer to ask for at once. Answers to other requests of the connection pass
-/// between two parts, so that one is to take some hundredths of a second more than the shortest
-/// did: what remains of that is the way there and back.
+/// Bytes of a long answer to request at once. Answers to other requests of the connection pass
+/// between two parts. One part should therefore take some hundredths of a second more than the
+/// shortest did: the rest of its time is the round trip.
 class PartSize {
  public:
   static constexpr std::uint64_t kLeast = 64u << 10, kMost = 4u << 20;

@@ -4,7 +4,7 @@
 
 namespace limber::client {
 
-/// What a file that is to be opened is, by its ending, and of an .obj by what is in it.
+/// Kind of a file to be opened, by its ending, and for an .obj by its content.
 enum class FileKind {
   kScene,      // JSON, a job of the public relaxation code, or unknown
   kTets,       // a tetrahedral mesh

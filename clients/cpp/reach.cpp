@@ -12,7 +12,7 @@ namespace limber::client {
 namespace {
 
 /// A refused client is disconnected without a message at every attempt: it sees a connection
-/// without a handshake. `HANDSHAKE_FAILED_...` is said for some of the reasons only.
+/// without a handshake. `HANDSHAKE_FAILED_...` is reported for some of the reasons only.
 constexpr int kEvents = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CONNECT_RETRIED |
                         ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH |

@@ -17,8 +17,7 @@ enum class Reach {
 /// Tries a connection of its own. Takes up to `patience` where something listens that says nothing.
 [[nodiscard]] Reach probe(Client& client, Milliseconds patience = Milliseconds{500});
 
-/// What a person should look at, a sentence without its full stop; of a client with or without
-/// keys.
+/// Advice for the user, a sentence without its full stop; for a client with or without keys.
 [[nodiscard]] std::string advice(Reach reach, const Client& client);
 
 }  // namespace limber::client

@@ -12,10 +12,11 @@ namespace limber::client {
 /// divided.
 [[nodiscard]] bool may_have_long_answer(const v1::Request& request);
 
-/// An older server refuses what it does not know of a request: that its answer can come in parts.
+/// An older server refuses a field of a request that it does not know: that its answer can come in
+/// parts.
 [[nodiscard]] bool knows_no_parts(const ClientError& error);
 
-/// The server keeps no more of the answer whose parts were fetched: it is to be asked for anew.
+/// The server no longer keeps the answer whose parts were fetched: request it anew.
 [[nodiscard]] bool is_gone(const ClientError& error);
 
 }  // namespace limber::client

@@ -27,7 +27,7 @@ v1::CancelResponse cancel_job(Client& client, std::uint64_t job);
 /// Ends limberd; never sent twice.
 v1::ShutdownResponse shut_down(Client& client);
 
-/// Begins what a request asks for. @returns the job, for wait_job()
+/// Begins the requested job. @returns the job, for wait_job()
 template <class Request>
 [[nodiscard]] std::uint64_t start_job(Client& client, const Request& request) {
   return client.call(request, large(client)).job();

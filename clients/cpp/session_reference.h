@@ -14,8 +14,8 @@ namespace limber::client {
 
 /// How requests name a session that is given as NAME, without its uid.
 enum class Naming {
-  kByUid,    // as NAME@UID, which is asked for first: never another session that has its name later
-  kAsGiven,  // as NAME: one request less, for those who make only one
+  kByUid,    // as NAME@UID, which is requested first: never another session that has its name later
+  kAsGiven,  // as NAME: one request less, for clients that make only one
 };
 
 /// Which session a handle is of.
@@ -25,7 +25,7 @@ class SessionReference {
   SessionReference(const Client& client, std::string session, Naming naming = Naming::kByUid);
 
   [[nodiscard]] std::string name() const { return session_name(session_); }
-  /// What requests are to say. Of a name alone that is to be NAME@UID, the uid is asked for the
+  /// The reference for requests. If a name alone is to become NAME@UID, the uid is requested the
   /// first time.
   /// @throws ServerRestarted if limberd was restarted before that; ClientError as Client::call
   [[nodiscard]] const std::string& get(Client& client);

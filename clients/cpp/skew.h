@@ -8,10 +8,10 @@
 
 namespace limber::client {
 
-/// Of this library, e.g. "0.1.0".
+/// Version of this library, e.g. "0.1.0".
 [[nodiscard]] const char* client_version();
 
-/// What a person is told where no version of the protocol is common to both: which side is older.
+/// Message if no version of the protocol is common to both: it says which side is older.
 /// @param spoken  by the server
 [[nodiscard]] std::string other_protocol(const std::string& server_version,
                                          const std::vector<std::uint32_t>& spoken);

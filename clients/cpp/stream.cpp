@@ -72,8 +72,7 @@ void Subscription::subscribe(const std::string& topic) { order(kSubscribe, topic
 
 void Subscription::unsubscribe(const std::string& topic) { order(kUnsubscribe, topic); }
 
-/// Returns when the thread has done it: what is requested afterwards comes later than the
-/// subscription.
+/// Returns when the thread has done it: later requests come after the subscription.
 void Subscription::order(char what, const std::string& topic) {
   const std::string text = what + topic;
   const auto patiently = [](const auto& attempt) {
@@ -136,11 +135,11 @@ void Subscription::obeyed() {
 
 void Subscription::ask() {
   const std::string request = credit_->request();
-  // Where there is no connection the next one asks.
+  // If there is no connection, the next one asks.
   (void)socket_.send(zmq::buffer(request), zmq::send_flags::dontwait);
 }
 
-/// Another one: the server is told how far this client is.
+/// Another one: reports this client's position to the server.
 void Subscription::note_connection() {
   while (handshakes_->receive() != 0) continue;
   while ((socket_.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0) receive_followed();

@@ -17,12 +17,12 @@
 
 namespace limber::client {
 
-/// What a server publishes under the topics asked for. A thread empties the SUB socket whether
-/// anybody reads or not: libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a
-/// socket whose queue is full meets a missing heartbeat or the end of the server. So the bound is
-/// on the queue behind it: of each topic the newest 8 messages. A server that offers it is followed
-/// against credit (follow.proto), by a DEALER in place of the SUB socket: what is not read waits
-/// there, bounded in bytes. For one thread at a time; must not outlive its client.
+/// Messages that a server publishes under the requested topics. A thread empties the SUB socket
+/// even if nothing is read. libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a
+/// socket with a full queue meets a missing heartbeat or the end of the server. The bound is
+/// therefore on the queue behind it: of each topic the newest 8 messages. A server that offers it
+/// is followed against credit (follow.proto), by a DEALER in place of the SUB socket: unread
+/// messages wait there, bounded in bytes. For one thread at a time; must not outlive its client.
 class Subscription {
  public:
   /// Connects and waits for the handshake. Subscribe, then request a snapshot, then read: nothing
@@ -42,8 +42,8 @@ class Subscription {
   /// The next message of a subscribed topic, or nothing after the timeout. Bytes that are no
   /// message are skipped.
   /// @throws ClientError CANCELLED if interrupted; ServerRestarted for a message of another run of
-  /// limberd than the client had heard of when this was made, unless its session was heard of
-  /// before: it is stored, and goes on
+  /// limberd than the client had heard of when this was made. It is not thrown if the session was
+  /// heard of before: it is stored, and continues.
   [[nodiscard]] std::optional<StreamEvent> next(Milliseconds timeout);
 
   /// Messages lost so far, all topics, up to the one that was read last.
@@ -59,7 +59,7 @@ class Subscription {
   void run();
   [[nodiscard]] bool obey();
   void receive();
-  // Of a stream that is followed:
+  // For a stream that is followed:
   struct Unanswered {
     std::uint64_t id;
     std::chrono::steady_clock::time_point until;
@@ -81,7 +81,7 @@ class Subscription {
   std::map<std::string, std::uint64_t> sequence_;  // newest by topic; the thread's
   std::optional<Credit> credit_;                   // of a stream that is followed; the thread's
   std::optional<Unanswered> order_;                // whose answer an order waits for; the thread's
-  mutable std::mutex mutex_;                       // of what follows
+  mutable std::mutex mutex_;                       // of the members below
   std::string cut_off_;
   std::optional<v1::Error> refusal_;
   bool is_followed_ = false;  // the first answer was no refusal
@@ -93,7 +93,7 @@ class Subscription {
 /// Topic of a session's frames in an encoding (UNSPECIFIED: coordinates). Sessions as NAME or
 /// NAME@UID.
 [[nodiscard]] std::string frames_topic(const std::string& session, v1::Encoding encoding);
-/// Topic of what changes of them, in coordinates: MotionBuffer.
+/// Topic of changes of frames, in coordinates: MotionBuffer.
 [[nodiscard]] std::string changes_topic(const std::string& session);
 [[nodiscard]] std::string status_topic(const std::string& session);
 [[nodiscard]] std::string design_topic(const std::string& session);

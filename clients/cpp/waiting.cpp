@@ -14,12 +14,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The server holds an answer back for so long at a time, so that one that is gone is noticed.
+/// The server holds an answer back for so long at a time, so that a dead server is noticed.
 constexpr Milliseconds kHoldTime{1000};
 /// After this long a silence it is asked whether it is there, which it answers at once however busy
-/// it is. With the slice, a server that is gone is noticed within 8 s.
+/// it is. With the slice, a dead server is noticed within 8 s.
 constexpr Milliseconds kSilence{3500}, kPatience{3000};
-/// What came of a job may be many megabytes: after each silence it gets twice the time, to this.
+/// The result of a job may be many megabytes: after each silence it gets twice the time, to this.
 constexpr Milliseconds kLongestSilence{120000};
 
 /// Between requests to a server that has said that it ends.
@@ -31,8 +31,8 @@ Milliseconds first_silence(const Client& client) {
   return std::min(kSilence, client.options().timeout);
 }
 
-/// The answer to a request that the server holds back for `slice`; nothing where it is there but
-/// has not answered within `silence` more. @throws Unreachable, and what is refused
+/// The answer to a request that the server holds back for `slice`; nothing if it is there but has
+/// not answered within `silence` more. @throws Unreachable, and refusals of the server
 template <class Request>
 std::optional<typename Rpc<Request>::Response> held_answer(Client& client, const Request& request,
                                                            Milliseconds slice,
@@ -139,7 +139,7 @@ v1::GetJobResponse wait_job(Client& client, std::uint64_t job, const JobProgress
 
 namespace {
 
-/// Of a job that was waited for; another run may have its session.
+/// For a job that was waited for; another run may have its session.
 bool ended_with_its_run(const ClientError& error) {
   const bool is_unknown = error.code() == v1::ERROR_CODE_NOT_FOUND && error.field() == "job";
   return is_for_next_run(error) || is_unknown || error.code() == v1::ERROR_CODE_RESTARTED;

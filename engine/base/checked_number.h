@@ -15,7 +15,7 @@
 /// tests/architecture/conversions.py refuses casts and other conversions in readers.
 namespace limber {
 
-/// @returns `value`; nothing where `To` cannot hold it, or where it is no whole number
+/// @returns `value`; empty if `To` cannot hold it, or if it is not a whole number
 template <std::integral To, class From>
 requires std::is_arithmetic_v<From>
 [[nodiscard]] constexpr std::optional<To> to_whole(From value) noexcept {
@@ -31,8 +31,8 @@ requires std::is_arithmetic_v<From>
   return static_cast<To>(value);
 }
 
-/// @returns the number that `text` is, in decimal digits with nothing before or behind but a minus;
-/// nothing where it is none, or where `Number` cannot hold it
+/// @returns the number in `text`: decimal digits, only a minus is allowed before them. Empty if it
+/// is not a number, or if `Number` cannot hold it
 template <class Number>
 requires std::is_arithmetic_v<Number>
 [[nodiscard]] std::optional<Number> parse_number(std::string_view text) noexcept {

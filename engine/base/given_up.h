@@ -4,7 +4,7 @@
 
 namespace limber {
 
-/// @returns whether `work` threw Error{kCancelled}: nobody wants the rest of it
+/// @returns whether `work` threw Error{kCancelled}: its result is no longer needed
 template <class Work>
 bool is_given_up(const Work& work) {
   try {

@@ -19,7 +19,7 @@ class Cancellation {
   std::shared_ptr<std::atomic<bool>> flag_ = std::make_shared<std::atomic<bool>>(false);
 };
 
-/// What long work gets from its caller: how it is stopped, and how it reports progress.
+/// Controls that a caller passes to long work: cancellation and reports of progress.
 struct JobContext {
   Cancellation cancellation;
   /// Called from the working thread; fraction in [0, 1] over the whole job. May be empty.

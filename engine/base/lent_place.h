@@ -2,7 +2,7 @@
 
 namespace limber {
 
-/// What a thread has that runs tasks of many: a place among a bounded number.
+/// One of a bounded number of places, held by a thread that runs tasks of many owners.
 class PlaceOfTask {
  public:
   PlaceOfTask() = default;
@@ -29,7 +29,7 @@ class InPlace {
 };
 
 /// While one exists, the calling thread's task waits for somebody, maybe for hours: its place is
-/// lent. Does nothing on threads without one.
+/// lent. No effect on threads without one.
 class LentPlace {
  public:
   LentPlace();

@@ -76,8 +76,8 @@ class alignas(64) Share {
 };
 
 /// One call of parallel_for. Every thread begins with a share of the chunks that is the same in
-/// every loop of this size, so that what it wrote in the last loop is still in its core's cache;
-/// whoever is done helps the others.
+/// every loop of this size, so that its results of the last loop are still in its core's cache.
+/// Threads that have finished help the others.
 class Loop {
  public:
   Loop(std::int64_t count, std::int64_t grain, int threads, detail::ChunkFunction function,
@@ -149,8 +149,8 @@ class Loop {
   std::exception_ptr exception_;
 };
 
-/// Waits a little for something that is mostly there in no time: putting a thread to sleep and
-/// waking it takes longer (5 to 50 us) than the short loops of a Newton step.
+/// Waits a little for a condition that is usually met at once. To put a thread to sleep and wake it
+/// takes longer (5 to 50 us) than the short loops of a Newton step.
 template <class Predicate>
 void spin_until(const Predicate& there) {
   constexpr std::chrono::microseconds kPatience{200};
@@ -161,7 +161,7 @@ void spin_until(const Predicate& there) {
       if (there()) return;
       __builtin_ia32_pause();
     }
-    std::this_thread::yield();  // to whoever could use the core
+    std::this_thread::yield();  // to any thread that could use the core
   } while (std::chrono::steady_clock::now() < give_up);
 }
 

@@ -12,7 +12,7 @@ namespace limber {
 void set_thread_count(int threads);
 
 /// Which threads help with the loops of the calling thread, from now on. There are three sets of
-/// them, so that threads of a lower priority do not hold up the loops of others: a helper has the
+/// helpers, so that threads of a lower priority do not delay the loops of others. A helper has the
 /// priority of the thread that first needed it.
 enum class Helpers { kUsual, kRefining, kPatient };
 void choose_helpers(Helpers helpers) noexcept;
@@ -26,11 +26,11 @@ void parallel_for_erased(std::int64_t count, std::int64_t grain, ChunkFunction f
 /// Calls fn(begin, end) for the chunks [0, grain), [grain, 2 grain), ... of [0, count), on several
 /// threads.
 ///
-/// Chunks do not depend on the number of threads: what a chunk writes is the same with 1 or 100 of
-/// them, and sums are reproducible if each chunk keeps its own and they are added in order. Calls
-/// inside fn run inline. The first exception (of the lowest chunk that threw) is rethrown here once
-/// no chunk runs any more; chunks that have not started by then are skipped. May be called from
-/// several threads at once.
+/// Chunks do not depend on the number of threads: a chunk writes the same with 1 or 100 of them.
+/// Sums are reproducible if each chunk has its own and they are added in order. Calls inside fn run
+/// inline. The first exception (of the lowest chunk that threw) is rethrown here once no chunk runs
+/// any more; chunks that have not started by then are skipped. May be called from several threads
+/// at once.
 template <class Function>
 void parallel_for(std::int64_t count, std::int64_t grain, Function&& fn) {
   using Plain = std::remove_reference_t<Function>;

@@ -9,9 +9,9 @@
 
 namespace limber {
 
-/// A small random generator (xoshiro256++ by Blackman and Vigna, seeded by SplitMix64) whose
-/// numbers are the same on every machine and with every standard library: only IEEE operations and
-/// sqrt are used.
+/// A small random generator (xoshiro256++ by Blackman and Vigna, seeded by SplitMix64). Its numbers
+/// are the same on every machine and with every standard library: only IEEE operations and sqrt are
+/// used.
 class Random {
  public:
   explicit Random(std::uint64_t seed) {

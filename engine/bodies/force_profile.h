@@ -2,10 +2,10 @@
 
 namespace limber::bodies {
 
-/// What a force is multiplied by while it acts, t seconds after it began.
+/// The factor of a force while it acts, t seconds after it began.
 enum class ForceProfile {
   kConstant,  // 1
-  kRamp,      // t / (until - from): from nothing to all of it
+  kRamp,      // t / (until - from): from zero to the full force
   kSine,      // sin(2 pi t / period)
 };
 

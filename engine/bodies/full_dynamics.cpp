@@ -32,7 +32,7 @@ void DynamicsOptions::validate() const {
   demand(max_newton_steps >= 1, "max_newton_steps", max_newton_steps, ">= 1");
 }
 
-/// What stays the same while a step is sought. All but `memory` scaled by nothing: joules.
+/// Constants of a step's minimisation. All but `memory` are unscaled: joules.
 struct FullDynamics::Potential {
   double reach;              // D [s]: from the step's begin to where its forces act
   Eigen::VectorXd begin;     // u [m]
@@ -131,7 +131,7 @@ StepReport FullDynamics::minimise(const Potential& potential, Eigen::VectorXd& w
                          std::abs(potential.force.dot(w - potential.begin));
     report.left = std::sqrt(std::max(0.0, decrement2) / scale);
     if (!std::isfinite(decrement2)) break;
-    // The step is there: taking it squares what is left.
+    // The step is available: taking it squares the remaining error.
     if (report.left <= options_.tolerance || decrement2 <= kRounding * std::abs(now)) {
       w += direction;
       return report;

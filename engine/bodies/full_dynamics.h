@@ -19,8 +19,7 @@ struct DynamicsOptions {
   double mass_damping = 0;
   /// Kelvin-Voigt: stress of the strain's rate times this [s], >= 0. Rigid motions are free of it.
   double relaxation_time = 0;
-  /// Of a step, >= 1e-12: what Newton's method leaves to be gained, relative to the energies at
-  /// play, squared.
+  /// The remaining gain of Newton's method in a step, relative to its energies, squared; >= 1e-12.
   double tolerance = 1e-8;
   int max_newton_steps = 60;  // >= 1
 
@@ -46,10 +45,10 @@ struct StepReport {
 
 /// Motion of an elastic body without reduction:  M a + alpha M v + f_int(u, v) = f  (StVK,
 /// consistent mass), by implicit steps. One step finds w = u at its end (Euler) or middle
-/// (midpoint), D after its begin, as the minimum of
+/// (midpoint), D after its begin. It is the minimum of
 ///   |w - u - D v|_M^2 / (2 D^2) + alpha |w - u|_M^2 / (2 D) + W(w; strains of u) - f . w,
-/// by Newton's method with a line search; where the second derivative is indefinite the pressure
-/// part of the stress is left out of it (StvkEnergy::Curvature::kPositive).
+/// by Newton's method with a line search. If the second derivative is indefinite, the pressure part
+/// of the stress is left out of it (StvkEnergy::Curvature::kPositive).
 ///
 /// References: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1 and IV.2 (midpoint
 /// rule); Kane et al. 2000, Variational integrators (the minimum).

@@ -7,8 +7,8 @@
 
 namespace limber::bodies {
 
-/// G of a linear tet mesh (paper: space-time editing, section 3.1): from nodal displacements u (3n,
-/// ordered 3 * node + axis) to the displacement gradient of each tet, H(i, j) = d u_i / d X_j,
+/// G of a linear tet mesh (paper: space-time editing, section 3.1). It maps nodal displacements u
+/// (3n, ordered 3 * node + axis) to the displacement gradient of each tet, H(i, j) = d u_i / d X_j,
 /// constant in the tet.
 ///
 /// Nine numbers per tet, H column-major: entry (i, j) of tet e is row 9 e + 3 j + i. All values

@@ -68,7 +68,7 @@ std::optional<std::pair<int, int>> overlapping_neighbours(const std::vector<TetF
   for (std::size_t i = 1; i < faces.size(); ++i) {
     if (faces[i].nodes != faces[i - 1].nodes) continue;
     if (faces[i].even == faces[i - 1].even) note(faces[i - 1], faces[i]);
-    // Of three tets on a face two lie on one side; if neighbours in the list differ, first and
+    // If three tets share a face, two are on one side; if neighbours in the list differ, first and
     // third agree.
     if (i >= 2 && faces[i].nodes == faces[i - 2].nodes && faces[i].even == faces[i - 2].even) {
       note(faces[i - 2], faces[i]);

@@ -22,14 +22,14 @@ struct Grouping {
 /// Nodes grouped by shared tets: pieces that do not touch at all.
 [[nodiscard]] Grouping node_connected_pieces(const TetNodes& tets, int node_count);
 
-/// Two tets on the same side of a face they share (one is inverted, they overlap), the pair with
-/// the lowest tets; for positively oriented tets this shows in the order of the face's corners. A
+/// Two tets on the same side of a face they share (one is inverted, they overlap): the pair with
+/// the lowest tets. For positively oriented tets the order of the face's corners shows this. A
 /// third tet on a face always makes a pair.
 [[nodiscard]] std::optional<std::pair<int, int>> overlapping_neighbours(
     const std::vector<TetFace>& faces);
 
-/// Where different face-connected parts touch: edges (ascending pairs) and nodes that are on no
-/// such edge.
+/// Contacts between different face-connected parts: edges (ascending pairs) and nodes that are on
+/// no such edge.
 struct WeakContacts {
   std::vector<std::pair<int, int>> edges;
   std::vector<int> nodes;

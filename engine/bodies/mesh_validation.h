@@ -23,14 +23,14 @@ struct PreparedMesh {
   std::vector<int>
       compact_of_source;  // per source node its compact index, -1 where the node is unused
   std::vector<int> source_of_compact;  // per compact node the first source node it stands for
-  std::vector<std::string> repairs;    // what was mended, in words with counts and first ids
+  std::vector<std::string> repairs;    // fixes in words, with counts and first ids
   std::vector<std::string>
-      warnings;  // what was left alone but may surprise (parts joined by an edge or a node only)
+      warnings;         // unusual but unchanged properties (parts joined by an edge or a node only)
   int piece_count = 0;  // pieces connected through shared faces, edges or nodes
 };
 
-/// Validates `source`; repairs only what is harmless (orientation, unused nodes, near-duplicate
-/// nodes if asked) and says so.
+/// Validates `source`; makes only harmless repairs (orientation, unused nodes, near-duplicate nodes
+/// if requested) and reports them.
 /// @param fixed_nodes  source node ids held in place; may be empty (a free body) if the mesh is one
 /// piece
 /// @throws Error naming the tet or node in source ids: non-finite coordinate, node index out of

@@ -36,8 +36,8 @@ constexpr double kMechanismShare = 1e-4;
 // A mode is a mechanism if its strain energy, which is free of cancellation, is below this share of
 // the rounding of phi^T K phi.
 constexpr double kMechanismNoise = 1e-6;
-// Where many of all modes are wanted Lanczos has no advantage, up to the size that a dense solver
-// can do.
+// If many of all modes are requested, Lanczos has no advantage up to the largest size for a dense
+// solver.
 constexpr Eigen::Index kLargestDenseSize = 3000;
 // Progress when the matrices are there, the factor, and the modes of Lanczos: about the times of
 // 200,000 tets.
@@ -114,8 +114,8 @@ std::pair<RitzBlock, double> polish(const ShiftInvert& op, Eigen::MatrixXd block
   return {std::move(ritz), residual};
 }
 
-/// What rounding alone can make of phi^T K phi: eps |phi|^T |K| |phi|, with room for the length of
-/// the sums.
+/// Largest rounding error of phi^T K phi: eps |phi|^T |K| |phi|, with room for the length of the
+/// sums.
 double energy_noise(const Eigen::SparseMatrix<double>& absolute_stiffness,
                     const Eigen::Ref<const Eigen::VectorXd>& mode) {
   const Eigen::VectorXd size = mode.cwiseAbs();

@@ -23,20 +23,20 @@ struct ModalBasis {
   /// 0, or 6 for a free body: three translations (x, y, z), three rotations (RigidModes), then
   /// elastic.
   int rigid_count = 0;
-  /// Of the elastic modes the first ones whose energy is rounding noise: parts that fold about an
-  /// edge or node, or a body held along a line only. Nothing holds them; so that ratios of
-  /// eigenvalues stay finite, theirs is set to 1e-4 of the first other one.
+  /// Number of first elastic modes whose energy is rounding noise: parts that fold about an edge or
+  /// node, or a body held along a line only. They have no stiffness. To keep ratios of eigenvalues
+  /// finite, theirs is set to 1e-4 of the first other one.
   int mechanism_count = 0;
   /// Worst residual r = K phi - lambda M phi of the elastic pairs, relative, in the norm of energy:
   /// sqrt(sum_i r_i^2 / K_ii) / sqrt(lambda). Unlike |r| it does not drown in the rounding of parts
-  /// much stiffer than the mode. K phi is that of the tets one by one: where cells are flat by a
-  /// million or stiffnesses ten thousand millions apart, the entries of K have rounded by more than
-  /// modes that agree with them differ from those of the body.
+  /// much stiffer than the mode. K phi is summed tet by tet. With cells flat by a million or
+  /// stiffnesses ten thousand millions apart, the rounding of K's entries exceeds the difference
+  /// between its modes and those of the body.
   double max_residual = 0;
-  /// Bound of how far the eigenvalues of elastic modes that are no mechanisms are from the body's,
-  /// relative, but for the rounding of r itself: |r| / sqrt(lambda), the largest, in the norm of
-  /// K^-1 (Parlett 1998, sec. 15.9). max_residual does not bound them where K is ill-conditioned:
-  /// in sheets flat by a million it is 6e-10, and the first eigenvalue 5e-4 off.
+  /// Bound of the relative error of eigenvalues, over elastic modes that are not mechanisms. It is
+  /// the largest |r| / sqrt(lambda) in the norm of K^-1 (Parlett 1998, sec. 15.9) and excludes the
+  /// rounding of r itself. max_residual is no bound if K is ill-conditioned: in sheets flat by a
+  /// million it is 6e-10, and the first eigenvalue has an error of 5e-4.
   double eigenvalue_error = 0;
 };
 

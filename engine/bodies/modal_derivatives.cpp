@@ -18,11 +18,11 @@ constexpr const char* kDerivativesStage = "modal derivatives";
 constexpr std::int64_t kPairs = 48;
 // Columns that are solved between two looks at the cancellation.
 constexpr Eigen::Index kSolved = 96;
-// Of the first stiff eigenvalue: what makes a singular K definite. Its effect on the modes that are
-// known is undone exactly, and on the others to the square of kShift lambda_1 / lambda_k.
+// Share of the first stiff eigenvalue that makes a singular K definite. Its effect on the known
+// modes is removed exactly, and on the others to the square of kShift lambda_1 / lambda_k.
 constexpr double kShift = 1e-2;
 
-/// What a tet contributes along one direction: displacement gradient and linear stress.
+/// Contribution of a tet along one direction: displacement gradient and linear stress.
 struct Direction {
   Eigen::Matrix3d h, stress;
 };

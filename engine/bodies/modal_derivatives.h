@@ -20,13 +20,13 @@ struct ModePair {
                                                       const Eigen::Ref<const Eigen::VectorXd>& p,
                                                       const Eigen::Ref<const Eigen::VectorXd>& q);
 
-/// Modal derivatives at rest (Barbic and James 2005, eq. 13; space-time editing, section 3.1):
+/// Modal derivatives at rest (Barbic and James 2005, eq. 13; space-time editing, section 3.1).
 ///   K Phi_ij = -(d K(u)/du [phi_i]) phi_j,
-/// the quadratic part of the path along which static loads M phi_k deform the body. StVK; symmetric
-/// in i and j. Fixed nodes have zero rows. Of a free body, and where there are mechanisms, K is
+/// They are the quadratic part of the path along which static loads M phi_k deform the body. StVK;
+/// symmetric in i and j. Fixed nodes have zero rows. For a free body, and with mechanisms, K is
 /// singular: the load is made self-equilibrated and the part of Phi_ij along those modes is left
-/// out. With a rigid rotation i of a free body Phi_ij is, to the order of lambda_j, the turned mode
-/// j; pairs of two rigid modes give rigid motions' second order, which affine fields span.
+/// out. For a rigid rotation i of a free body, Phi_ij is the turned mode j, to the order of
+/// lambda_j. Pairs of two rigid modes give rigid motions' second order, which affine fields span.
 /// @param basis  of this body, elastic columns mass-orthonormal as modal_analysis gives them
 /// @return 3n x pairs.size() [1/kg, as phi_i phi_j / m]
 /// @throws Error{kNumerical} if K cannot be factored in double precision, Error{kCancelled}

@@ -6,8 +6,8 @@
 
 namespace limber::bodies {
 
-/// Per node the node it stands for: itself, or the lowest representative not farther than
-/// `tolerance` from it.
+/// Per node its representative: itself, or the lowest representative not farther than `tolerance`
+/// from it.
 ///
 /// Nodes are visited in their order, and only those that find no representative become one, so that
 /// chains of close nodes do not collapse into one. Deterministic; O(n) for any distribution of

@@ -13,9 +13,9 @@ struct RigidModes {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of mass [m]
   Eigen::Matrix3d inertia =
       Eigen::Matrix3d::Zero();  // about the centre, of the consistent mass [kg m^2]
-  /// Column k is the angular velocity of rotation mode k: the inverse square root of the inertia,
-  /// so that the rotations are mass-orthonormal and each stays as close to its axis x, y or z as it
-  /// can [1/(m sqrt(kg))].
+  /// Column k is the angular velocity of rotation mode k [1/(m sqrt(kg))]: the inverse square root
+  /// of the inertia. The rotations are thus mass-orthonormal, and each is as close as possible to
+  /// its axis x, y or z.
   Eigen::Matrix3d angular = Eigen::Matrix3d::Zero();
   /// 3n x 6, modes^T M modes = I with the consistent mass [1/sqrt(kg)]: translations along x, y, z,
   /// then rotations angular.col(k) x (X - centre).

@@ -23,7 +23,8 @@ constexpr double kTargetShare = 0.05;
 constexpr int kAttempts = 6;
 
 constexpr const char* kModesStage = "modes";
-// Of an attempt's time; of the remaining progress that an attempt leaves to the others.
+// Shares of an attempt's time, and the share of the remaining progress that an attempt leaves to
+// the others.
 constexpr double kAnalysisShare = 0.4;
 constexpr double kFactorShare = 0.7;
 constexpr double kLeftAfterAttempt = 0.2;
@@ -57,7 +58,8 @@ ShiftInvert::ShiftInvert(Eigen::SparseMatrix<double> stiffness, Eigen::SparseMat
   const double softest = (stiffness_.diagonal().array() / mass_.diagonal().array()).minCoeff();
   double shift = kFirstShift * softest;
   for (int attempt = 1;; ++attempt) {
-    // Most bodies need one attempt, none is known to be the last: each takes most of what is left.
+    // Most bodies need one attempt, none is known to be the last: each takes most of the remaining
+    // progress.
     const JobContext part = job.part(1 - std::pow(kLeftAfterAttempt, attempt - 1),
                                      1 - std::pow(kLeftAfterAttempt, attempt));
     try {

@@ -13,10 +13,10 @@ namespace limber::bodies {
                                                const Eigen::MatrixXd& x);
 
 /// The operator whose largest eigenvalues are the smallest of K phi = lambda M phi:
-///   OP x = P (K + s M)^-1 M x,   eigenvalues 1 / (lambda + s),
-/// with s > 0 a small fraction of the first elastic eigenvalue, so that K + s M is positive
-/// definite for free bodies and mechanisms too, and P = I - R R^T M, which removes the rigid modes
-/// R (they are eigenvectors, so P commutes).
+///   OP x = P (K + s M)^-1 M x,   eigenvalues 1 / (lambda + s).
+/// The shift s > 0 is a small fraction of the first elastic eigenvalue, so that K + s M is positive
+/// definite for free bodies and mechanisms too. P = I - R R^T M removes the rigid modes R (they are
+/// eigenvectors, so P commutes).
 ///
 /// M is divided by its mean diagonal entry, so that M-normalised vectors have entries of order 1 in
 /// any unit of mass.
@@ -67,7 +67,7 @@ class ShiftInvert {
 };
 
 /// Rayleigh-Ritz of OP on the columns of a block (Bathe's subspace iteration): K enters through the
-/// factor only, so that small eigenvalues keep their digits beside stiff parts.
+/// factor only, so that small eigenvalues keep their digits next to stiff parts.
 struct RitzBlock {
   Eigen::VectorXd eigenvalues;   // of K phi = lambda M phi, ascending
   Eigen::MatrixXd vectors;       // M-orthonormal

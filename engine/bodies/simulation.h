@@ -42,10 +42,10 @@ struct Simulation {
   Eigen::VectorXd kinetic, elastic;  // energy at each frame [J]
   Eigen::VectorXd work;              // done by the loads from frame 0 on, at each frame [J]
   int steps = 0, newton_steps = 0;   // taken
-  int shortened_steps = 0;           // of the steps: taken in parts, since Newton failed
+  int shortened_steps = 0;           // of the steps: split into parts, since Newton failed
   double smallest_volume_ratio = 1;  // det F over all frames and tets
   int smallest_frame = 0, smallest_tet = 0;
-  std::string message;  // what the user should know (tets turned inside out); empty if nothing
+  std::string message;  // a note for the user (tets turned inside out); empty if none
 };
 
 /// A motion of the unreduced body (FullDynamics) under loads. A step that Newton's method cannot

@@ -29,7 +29,7 @@ constexpr int kExtraFunctions = 4;  // columns that the iteration takes along
 constexpr double kRounding = 1e-6;  // share of a field that is left beside rigid motions
 constexpr double kLeastShare = 1e-9;  // share of the largest eigenvalue of the columns' Gram matrix
 
-/// Eigenfunctions of the Laplacian over free nodes, n x k; of a free body beside the constant.
+/// Eigenfunctions of the Laplacian over free nodes, n x k; for a free body without the constant.
 Eigen::MatrixXd smooth_functions(const ElasticBody& body, const GradientOperator& gradient,
                                  const Eigen::VectorXd& mass, int count, const JobContext& job) {
   const DofMap dofs = DofMap::of_scalars(body.mesh.node_count(), body.fixed_nodes);
@@ -127,7 +127,7 @@ ModalBasis smooth_modes(const ElasticBody& body, const SmoothModesOptions& optio
   Eigen::MatrixXd projected_mass = symmetric_product(fields, mass.asDiagonal() * fields);
   Eigen::VectorXd scale(fields.cols());
   for (Index k = 0; k < fields.cols(); ++k) {
-    // What is left of a field that was a rigid motion is rounding.
+    // The remainder of a field that was a rigid motion is rounding.
     const double left = std::sqrt(projected_mass(k, k));
     scale[k] = left > kRounding * whole[k] ? 1 / left : 0;
   }

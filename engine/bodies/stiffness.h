@@ -10,8 +10,8 @@ namespace limber::bodies {
 
 /// Stiffness of one linear tet, 12 x 12, ordered 3 * corner + axis [N/m].
 ///
-/// Energy V (lambda/2 tr(eps)^2 + mu eps : eps), eps = (H + H^T)/2; block (a, b) is
-/// V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I) with g_a the shape gradients.
+/// Energy V (lambda/2 tr(eps)^2 + mu eps : eps), eps = (H + H^T)/2. Block (a, b) is V (lambda g_a
+/// g_b^T + mu g_b g_a^T + mu (g_a . g_b) I) with g_a the shape gradients.
 /// @param shape_gradients  3 x 4 [1/m]
 /// @param volume           [m^3]
 [[nodiscard]] Eigen::Matrix<double, 12, 12> tet_stiffness(

@@ -21,7 +21,7 @@ Eigen::Matrix3d from_six(const Vector6& six) {
   return full;
 }
 
-/// What value, gradient and Hessian of one tet share.
+/// Data shared by value, gradient and Hessian of one tet.
 struct TetStrain {
   Eigen::Matrix3d h;  // displacement gradient
   Eigen::Matrix3d e;  // Green's strain: from h, not from F, which would lose digits near rest

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Index;
 
-// Below it a share moves nothing that is seen: rests are some radians.
+// Below it a share has no visible effect: rests are some radians.
 constexpr double kLeastShare = 1e-7;
 
 double square(double share) { return share * share; }

@@ -9,7 +9,7 @@
 
 namespace limber::reduced {
 
-/// What modes leave of a pose.
+/// The rest of a pose beyond the modes.
 struct PoseRest {
   Eigen::VectorXf coordinates;  // RS coordinates of the pose less those of modes and base, 9m
   Eigen::VectorXd beyond;       // displacements that these do not have, 3n [m]; empty: none

@@ -23,7 +23,7 @@ struct BaseLoad {
 class BaseLoadSum {
  public:
   /// @param modes  W-hat, 3n x R [m]
-  /// @param free_modes  the first ones, which nothing holds: rigid unknowns and mechanisms
+  /// @param free_modes  the first ones, which have no stiffness: rigid unknowns and mechanisms
   /// @param displacements  of the base from rest, 3n x N [m], kept by reference; a cycle, the last
   /// frame before the first: other motions have no acceleration in their end frames
   BaseLoadSum(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes, int free_modes,
@@ -42,7 +42,7 @@ class BaseLoadSum {
   BaseLoad load_;
 };
 
-/// Of all frames. @param modes, free_modes, displacements  as above
+/// The load of all frames. @param modes, free_modes, displacements  as above
 [[nodiscard]] BaseLoad base_load(const bodies::ElasticBody& body, const Eigen::MatrixXd& modes,
                                  int free_modes,
                                  const Eigen::Ref<const Eigen::MatrixXd>& displacements,

@@ -77,8 +77,8 @@ BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& mode
   result.rs = cubature_coordinates(body, model, displacements, load, job.part(0, kInverseShare));
   result.load = load.load();
 
-  // What H g(y_base) misses of the base motion as B sees it, translation of a free body included:
-  // with z = 0 the model gives back the base motion's own projection.
+  // The difference between the base motion's projection on B and H g(y_base), with the translation
+  // of a free body. With z = 0 the model thus gives the base motion's own projection.
   const Eigen::Index count = displacements.cols();
   result.direct.resize(model.basis_size(), count);
   Eigen::VectorXd g(result.rs.rows());

@@ -70,9 +70,9 @@ Eigen::MatrixXd enriched(const Eigen::MatrixXd& fields, const Eigen::MatrixXd& a
   return beside(fields, frames);
 }
 
-/// What the basis of a free body spans exactly: its rigid motions, or where that is too much for
-/// the basis asked for, its translations. Where there is ample room for them, the modes too: then
-/// the linear regime is right.
+/// The fields that the basis of a free body spans exactly: its rigid motions, or its translations
+/// if the requested basis is too small for these. If there is ample room, the modes too: then the
+/// linear regime is right.
 Eigen::MatrixXd exact_fields(const BasisInput& input) {
   const bodies::ElasticBody& body = input.body;
   const int size = input.options.basis_size, nodes = body.mesh.node_count();

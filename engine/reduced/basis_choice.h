@@ -20,11 +20,10 @@ namespace limber::reduced {
 [[nodiscard]] Eigen::MatrixXd stvk_fields(const bodies::ElasticBody& body,
                                           const bodies::ModalBasis& basis, const JobContext& job);
 
-/// Columns of W-hat and their second derivatives u_ij in the RS reconstruction, each times its root
-/// mean square coefficient in the poses `z` (R x S) of norm `norm` (S): z_i, and z_i z_j or z_i^2 /
-/// 2, relative to the norm. Of all pairs those of the largest product of weights, at most 465 (600
-/// for a free body), fewer on large meshes
-/// as above.
+/// Columns of W-hat and their second derivatives u_ij in the RS reconstruction. Each is scaled by
+/// its root mean square coefficient in the poses `z` (R x S): z_i, and z_i z_j or z_i^2 / 2,
+/// relative to the norm `norm` (S). Only the pairs with the largest product of weights are taken:
+/// at most 465 (600 for a free body), fewer on large meshes as above.
 [[nodiscard]] Eigen::MatrixXd map_fields(const ScaledModes& modes, const FullReconstruction& full,
                                          const Eigen::MatrixXd& z, const Eigen::VectorXd& norm,
                                          const JobContext& job);
@@ -39,7 +38,7 @@ struct BasisInput {
   const ModelOptions& options;
 };
 
-/// B with nested orthonormal columns: as many as asked for, or enough for cubature to choose from.
+/// B with nested orthonormal columns: the requested number, or enough for cubature to choose from.
 struct BasisChoice {
   Eigen::MatrixXd basis;
   PoseData validation;  // the validation poses seen through it

@@ -16,9 +16,9 @@ namespace {
 
 constexpr int kLargestFitted = 100;    // tets at most where no number is requested
 constexpr int kLargestWeighted = 300;  // the same with scalar weights
-// Which tets are there to choose from matters little as long as those that bend most are among them
-// (measured: 300 are as good as 3000 where all do; drawn evenly, a bar with a strip 33 times softer
-// missed its tolerance of 1 % by 3.3 %: tests UnevenBodies).
+// The choice of candidate tets matters little if it includes those that bend most (measured: 300
+// are as good as 3000 where all do; drawn evenly, a bar with a strip 33 times softer missed its
+// tolerance of 1 % by 3.3 %: tests UnevenBodies).
 constexpr int kPoolSize = 400;
 constexpr std::size_t kEvenShare = 8;
 constexpr double kPoolPoses = 400'000;  // poses times tets by which deformation is judged, about

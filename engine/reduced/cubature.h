@@ -12,7 +12,7 @@
 
 namespace limber::reduced {
 
-/// What both kinds of cubature are built from.
+/// Input of both kinds of cubature.
 struct CubatureInput {
   const bodies::ElasticBody& body;
   const bodies::GradientOperator& gradient;
@@ -34,8 +34,8 @@ struct Cubature {
   bool met_limit = false;
 };
 
-/// Sizes that are 0 in the options are chosen: among all (h, T) that meet the limit on the
-/// validation poses the cheapest per frame, or the best found if none does.
+/// Sizes that are 0 in the options are chosen. Among all (h, T) that meet the limit on the
+/// validation poses, the cheapest per frame is taken, or the best found if none does.
 [[nodiscard]] Cubature fit_cubature(const CubatureInput& input, const JobContext& job);
 /// Weights hang on the basis: h is the smallest that leaves room for the cubature, then T the
 /// fewest tets.

@@ -24,7 +24,7 @@ constexpr int kWidth = static_cast<int>(Vec::size());  // tets of one vector ope
   q[1] = against_p();
   rs_rotation_column<2, Vec>(k, y, column);
   q[2] = against_p();
-  // d g / d s = R E: contract p with the columns of R; an entry off the diagonal stands twice.
+  // d g / d s = R E: contract p with the columns of R; an entry off the diagonal occurs twice.
   for (int c = 3; c < 9; ++c) q[c] = Vec(0.0);
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) {

@@ -99,7 +99,7 @@ bool FittedCubature::add_best_tet(const JobContext& job) {
       const auto phi = pool_features_.middleCols<kRsSize>(kRsSize * c);
       Eigen::Matrix<double, 9, 9> gram = phi.transpose() * phi;
       gram.diagonal().array() += noise_floor_;
-      // What a regression on these nine features alone would take off: |L^-1 phi^T residual|^2.
+      // The gain of a regression on these nine features alone: |L^-1 phi^T residual|^2.
       Eigen::MatrixXd projection = along.middleRows<kRsSize>(kRsSize * (c - begin));
       gram.llt().matrixL().solveInPlace(projection);
       score[c] = projection.squaredNorm();

@@ -13,8 +13,8 @@ namespace limber::reduced {
 /// Cubature with a full map per tet, exact to first order at z = 0:
 ///   q = B^T W z + sum over tets of H_e r(y_e),   r(y) = g(y) - g'(0) y,  y = (Q W)^c z.
 /// Only the part of g beyond its linearisation is fitted, so small poses are right for any H.
-/// For a free body sum_e H_e is held at the map A from a matrix X to the field X (x - centre): with
-/// the same rotation in every tet, q is that of the rigid body, turned by any angle.
+/// For a free body sum_e H_e is held at the map A from a matrix X to the field X (x - centre). With
+/// the same rotation in every tet, q is then that of the rigid body, for any angle.
 class FittedCubature {
  public:
   /// @param modes       W-hat, 3n x R
@@ -28,7 +28,7 @@ class FittedCubature {
                  std::vector<int> pool, Eigen::MatrixXd affine);
 
   /// Adds the tet of the pool whose nine features, made orthogonal to those already there, take
-  /// most off the residual. False if the pool has nothing left to give.
+  /// most off the residual. False if no tet of the pool improves the fit.
   bool add_best_tet(const JobContext& job);
 
   [[nodiscard]] const std::vector<int>& tets() const { return tets_; }

@@ -62,7 +62,7 @@ Eigen::MatrixXd components(const Eigen::MatrixXd& rest, double limit, Index most
   return rest * gram.eigenvectors().rightCols(count).rowwise().reverse();
 }
 
-/// Least change of each frame's coordinates that takes off what is left at its held sites.
+/// Least change of each frame's coordinates that removes the error at its held sites.
 void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
                 const Eigen::MatrixXd& rest, const std::vector<HeldSite>& held,
                 Eigen::MatrixXd& coordinates) {
@@ -153,7 +153,7 @@ ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
     shown.middleCols(first, n) = shapes.displacements(
         frames.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(n)), linear, job);
   }
-  // Of a free body displacements count without their mean, as in MotionError.
+  // Displacements of a free body count without their mean, as in MotionError.
   double whole = 0;
   for (Index i = 0; i < count; ++i) {
     const auto u = shown.col(i).reshaped(3, shown.rows() / 3);

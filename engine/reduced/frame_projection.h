@@ -34,10 +34,10 @@ struct ProjectedFrames {
 };
 
 /// Reconstructs the frames in full and projects them on the basis. Columns are principal components
-/// of what it misses of the frames that it misses most, added until the error is below the
-/// tolerance or there are max_columns. What is left at held sites is taken off by the smallest
-/// change of the frame's coordinates: constraints are met in the frames that are shown.
-/// Deterministic, whatever the number of threads.
+/// of the projection errors of the frames with the largest error. They are added until the error is
+/// below the tolerance or there are max_columns. The error at held sites is removed by the smallest
+/// change of the frame's coordinates, so that the shown frames meet the constraints. Deterministic,
+/// whatever the number of threads.
 /// @param basis  B, 3n x h, orthonormal
 /// @param frames  ascending; @param modal  z-hat, R x k
 /// @throws Error{kCancelled}

@@ -256,7 +256,7 @@ class FullKinematics::Impl {
     std::vector<Eigen::Index> queries;
   };
 
-  /// Mass-weighted means of displacements (3n x k), 3 x k; nothing for a held body.
+  /// Mass-weighted means of displacements (3n x k), 3 x k; empty for a held body.
   [[nodiscard]] Eigen::Matrix3Xd mean_of(const Eigen::MatrixXd& u) const {
     const Eigen::VectorXd& share = full_->mass_share();
     if (share.size() == 0) return {};

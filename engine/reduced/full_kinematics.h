@@ -20,8 +20,8 @@ namespace limber::reduced {
 /// is one pass over the tets, and so is the pull-back of its Jacobian to nodes (adjoint of g and
 /// Q). Exact but for rounding, at a cost that grows with tets times distinct sites.
 ///
-/// add_site() is for one thread and not during other calls; the rest is thread-safe and runs on all
-/// threads over the queries, with results that do not depend on their number.
+/// Call add_site() from one thread and not during other calls. The rest is thread-safe and runs on
+/// all threads over the queries, with results that do not depend on their number.
 class FullKinematics final : public Kinematics {
  public:
   /// @param body  that the model was built of

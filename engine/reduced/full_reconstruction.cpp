@@ -26,7 +26,8 @@ constexpr int kSolveColumns = 3 * kGroup;  // right-hand sides of one solve: thr
 /// Pairs of modes that one pass over the tets takes along.
 constexpr int kPairs = 64;
 
-/// Of a linear displacement in one tet: rotation vector, and half the rotation W with the strain.
+/// Parts of a linear displacement in one tet: rotation vector, and half the rotation W with the
+/// strain.
 struct LinearParts {
   Eigen::Vector3d rotation;
   Eigen::Matrix3d rest;
@@ -125,8 +126,8 @@ struct FullReconstruction::Impl {
     job.throw_if_cancelled();
   }
 
-  /// f of g'' along each of `count` pairs, side by side as above with kPairs lanes: with
-  /// g = exp(W) (I + s) - I that is (W_i W_j + W_j W_i) / 2 + W_i s_j + W_j s_i.
+  /// f of g'' along each of `count` pairs, side by side as above with kPairs lanes. With g = exp(W)
+  /// (I + s) - I it is (W_i W_j + W_j W_i) / 2 + W_i s_j + W_j s_i.
   void second_forces(const Eigen::Ref<const Eigen::MatrixXd>& modes, const bodies::ModePair* pairs,
                      int count, std::vector<double>& f) const {
     std::vector<char> used(static_cast<std::size_t>(modes.cols()), 0);
@@ -257,7 +258,7 @@ Eigen::MatrixXd FullReconstruction::from_coordinates(
 
 namespace {
 
-/// Of poses first .. first + count - 1, side by side: entry row * kGroup + pose; others are zero.
+/// Poses first .. first + count - 1, side by side: entry row * kGroup + pose; others are zero.
 template <class T>
 void interleave(const Eigen::Ref<const Eigen::MatrixXd>& v, Eigen::Index first, Eigen::Index count,
                 std::vector<T>& lanes) {

@@ -16,9 +16,9 @@ namespace limber::reduced {
 /// editing, eq. 6, 7):
 ///   A u = G^T V g(y),  A = G^T V G,
 /// with fixed nodes at zero. A is one scalar Laplacian on each axis, factored once. A free body's
-/// displacement is known up to a translation: it gets the mass-weighted mean displacement of the
-/// linear field it came from (zero where only y or g is given), so that its centre of mass moves as
-/// the linear one does.
+/// displacement is known up to a translation. It gets the mass-weighted mean displacement of its
+/// linear field (zero if only y or g is given), so that its centre of mass moves as the linear one
+/// does.
 class FullReconstruction {
  public:
   explicit FullReconstruction(const bodies::ElasticBody& body);
@@ -33,9 +33,9 @@ class FullReconstruction {
 
   /// u of RS coordinates y (9m x k), pose by pose.
   [[nodiscard]] Eigen::MatrixXd from_coordinates(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
-  /// What moving pins add to every reconstruction, which holds fixed nodes at rest: the
-  /// displacements of least gradient that fixed nodes have in `base` (3n x N), or nothing where
-  /// these do not move.
+  /// The contribution of moving pins to every reconstruction, which holds fixed nodes at rest. It
+  /// is the field of least gradient with the displacements of fixed nodes in `base` (3n x N), or
+  /// empty if these do not move.
   /// @param fixed_nodes  of the body
   [[nodiscard]] Eigen::MatrixXd lift(const Eigen::Ref<const Eigen::MatrixXd>& base,
                                      const std::vector<int>& fixed_nodes) const;
@@ -44,8 +44,8 @@ class FullReconstruction {
   [[nodiscard]] Eigen::MatrixXd from_linear(const Eigen::Ref<const Eigen::MatrixXd>& v,
                                             const JobContext& job = {}) const;
 
-  /// B^T u of reconstructions u, without the solves for these: A is symmetric, so that it is
-  /// (A^-1 B)^T f with f = G^T V g(y), plus for a free body what its mean displacement adds.
+  /// B^T u of reconstructions u, without their solves. A is symmetric, so it is (A^-1 B)^T f with f
+  /// = G^T V g(y), plus the part of the mean displacement for a free body.
   struct Adjoint {
     Eigen::MatrixXd of_forces;         // A^-1 B, 3n x h
     Eigen::MatrixXd of_displacements;  // 3n x h, on v itself; empty for a held body
@@ -66,8 +66,8 @@ class FullReconstruction {
                                                    const std::vector<bodies::ModePair>& pairs,
                                                    const JobContext& job = {}) const;
 
-  /// The displacement of a site as a row on displacement gradients: sum over tets of g_e p_e
-  /// (g_e 3 x 3), p of 3 x m; of a free body relative to the centre of mass. One scalar solve,
+  /// The displacement of a site as a row on displacement gradients: sum over tets of g_e p_e (g_e 3
+  /// x 3), p of 3 x m. For a free body it is relative to the centre of mass. One scalar solve,
   /// since A is symmetric and the same on each axis.
   [[nodiscard]] Eigen::Matrix3Xd row_of(const Site& site) const;
   /// n, shares of the mass that sum to one for a free body; else empty.

@@ -16,8 +16,8 @@ class BaseCoordinates;
 
 /// Full reconstructions of the motions of a reduced model: the same modal coordinates, over the
 /// same base motion, without basis and cubature. One scalar Laplacian is factored by the
-/// constructor. RS coordinates of base frames are found when they are first asked for, in the order
-/// of frames, and some of them are kept. Not thread-safe; the work itself uses all threads.
+/// constructor. RS coordinates of base frames are computed on first request, in the order of
+/// frames, and some of them are kept. Not thread-safe; the work itself uses all threads.
 class FullShapes {
  public:
   /// @param body  that the model was built of

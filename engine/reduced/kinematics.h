@@ -5,7 +5,7 @@
 
 namespace limber::reduced {
 
-/// A place whose displacement can be asked for: a node, or the mean of several, equal or weighted
+/// A place whose displacement can be evaluated: a node, or the mean of several, equal or weighted
 /// (reduced::Site). Issued by the model.
 using SiteId = int;
 
@@ -39,7 +39,7 @@ class Kinematics {
   /// @param u        out, 3 x q: displacement from rest [m], base motion included
   /// @param jacobian out, (3 q) x R, rows 3i..3i+2 are d u_i / d z at its column [m]; nullptr: not
   /// wanted
-  /// @throws Error{kCancelled}  where its owner wants nothing of it any more; so does curvature()
+  /// @throws Error{kCancelled}  if its owner has cancelled it; so does curvature()
   virtual void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
                         std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
                         Eigen::MatrixXd* jacobian) const = 0;

@@ -13,8 +13,8 @@
 
 namespace limber::reduced {
 
-/// A model laid out for displacements and Jacobians in double precision: row c * padded + t of
-/// rs_modes is component c of cubature tet t; tets are padded with zeros to whole registers.
+/// A model laid out for displacements and Jacobians in double precision. Row c * padded + t of
+/// rs_modes is component c of cubature tet t. Tets are padded with zeros to whole registers.
 struct TangentTables {
   int padded = 0;            // tets, rounded up
   Eigen::MatrixXd rs_modes;  // Y, 9 padded x R
@@ -25,7 +25,7 @@ struct TangentTables {
   [[nodiscard]] Eigen::Index rows() const { return kRsSize * Eigen::Index{padded}; }
 };
 
-/// What a site needs: u = map g + direct z (+ basis q_base).
+/// Tables of a site: u = map g + direct z (+ basis q_base).
 struct SiteTables {
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
   Rows map;     // B_site H, 3 x 9 padded
@@ -38,7 +38,7 @@ struct SiteTables {
 
 /// Scratch of one evaluation, reused between calls: no allocation once it has grown.
 struct TangentWorkspace {
-  std::vector<int> slot;     // per column of z its place in `columns`, -1 if not asked for
+  std::vector<int> slot;     // per column of z its place in `columns`, -1 if not requested
   std::vector<int> columns;  // distinct columns
   Eigen::MatrixXd z, y, g;   // per slot one column
   Eigen::MatrixXd rotation;  // 9 padded x slots: R
@@ -66,9 +66,9 @@ struct CurvatureWorkspace {
   void multiply(const TangentTables& tables);
 };
 
-/// A model laid out for streaming coordinates in single precision, in the form
-///   q = H r(y) + D' z + q',   r = g - g'(0) y,   D' = D + H g'(0) Y,
-/// which keeps the digits of small poses.
+/// A model laid out for streaming coordinates in single precision:
+///   q = H r(y) + D' z + q',   r = g - g'(0) y,   D' = D + H g'(0) Y.
+/// This form keeps the digits of small poses.
 struct StreamTables {
   static constexpr int kBlock =
       128;  // frames per pass, so that y and r stay in the second-level cache

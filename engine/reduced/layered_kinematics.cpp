@@ -9,8 +9,8 @@ namespace {
 
 using Eigen::Index;
 
-// Of the anchor's own |z0|: there a correction counts half. Not known to be tuned; it must be of
-// the order of the change that makes the model's error another one.
+// Share of the anchor's own |z0| at which a correction counts half. Not known to be tuned; it must
+// be of the order of the change after which the model has a different error.
 constexpr double kReach = 0.5;
 
 }  // namespace
@@ -177,7 +177,7 @@ void LayeredKinematics::curvature(std::span<const int> frames,
   for (std::size_t i = 0; i < queries.size(); ++i) {
     const auto [site, column] = queries[i];
     if (!correct(site, frames[static_cast<std::size_t>(column)], z.col(column), at)) continue;
-    // Of phi(d) m . (a + B d).
+    // Second derivative of phi(d) m . (a + B d).
     const auto multiplier = multipliers.col(static_cast<Index>(i));
     const double along = multiplier.dot(at.value);
     const double first = -2 * at.scale * at.share * at.share;

@@ -13,7 +13,7 @@
 
 namespace limber::reduced {
 
-/// By how much shown frames differ from those of the reduced model near the poses at which that was
+/// The difference of shown frames from those of the reduced model, near the poses at which it was
 /// found: q = H g(Y z) + D z + phi shift, with phi of LayeredKinematics.
 struct FrameShift {
   std::shared_ptr<const Eigen::MatrixXd> basis;  // B of the shown frames, 3n x h'
@@ -31,12 +31,12 @@ struct FrameShift {
 /// map. The owner chooses between solves, and tells the solver that its values have changed
 /// (Solver::warm_start).
 ///
-/// Near an anchor, a pose z0 of a frame at which a site was evaluated by both, the reduced model is
-/// corrected in value and Jacobian, so that an optimum of the full map is one of the corrected
-/// model too: u = u_reduced + phi (a + B (z - z0)), a = u_full(z0) - u_reduced(z0), B the same of
-/// Jacobians, phi = 1 / (1 + |z - z0|^2 / rho^2) with rho a share of |z0|: an anchor says nothing
-/// about poses far away. Sites without an anchor are shifted by what the shown frame was, so that
-/// constraints are met in frames that are shown.
+/// An anchor is a pose z0 of a frame at which a site was evaluated by both. Near it the reduced
+/// model is corrected in value and Jacobian, so that an optimum of the full map is one of the
+/// corrected model too: u = u_reduced + phi (a + B (z - z0)). Here a = u_full(z0) - u_reduced(z0),
+/// B is the same of Jacobians, and phi = 1 / (1 + |z - z0|^2 / rho^2) with rho a share of |z0|: an
+/// anchor has no effect on poses far away. Sites without an anchor get the shift of the shown
+/// frame, so that shown frames meet the constraints.
 ///
 /// Sites are added to the full map when it is first used after them.
 class LayeredKinematics final : public Kinematics {
@@ -53,8 +53,8 @@ class LayeredKinematics final : public Kinematics {
   [[nodiscard]] bool has_full() const { return full_ != nullptr; }
   /// kFull needs set_full().
   void use(Level level);
-  /// What the full map evaluates, use() and anchor() included, is given up once it is requested:
-  /// FullKinematics::heed(). Needs set_full().
+  /// Evaluations of the full map, those of use() and anchor() included, stop once `cancellation` is
+  /// requested: FullKinematics::heed(). Needs set_full().
   void heed(const Cancellation& cancellation);
   [[nodiscard]] Level level() const { return level_; }
   /// Poses on top of the base motion, of both maps from now on; null: none. Take the solver's
@@ -62,7 +62,7 @@ class LayeredKinematics final : public Kinematics {
   void set_added(std::shared_ptr<const AddedPoses> added);
   /// Null: none, and no anchors either.
   void set_shift(std::shared_ptr<const FrameShift> shift);
-  /// What corrects the reduced model: shift and anchors.
+  /// The corrections of the reduced model: shift and anchors.
   struct Corrections;
   /// Leaves none.
   [[nodiscard]] Corrections take_corrections();
@@ -94,7 +94,7 @@ class LayeredKinematics final : public Kinematics {
   /// phi and its first two derivatives' factors at one pose.
   struct Correction;
   void add_sites_to_full();
-  /// @returns false where nothing is known of the site in this frame
+  /// @returns false if the site has no anchor in this frame
   [[nodiscard]] bool correct(SiteId site, int frame, const Eigen::Ref<const Eigen::VectorXd>& z,
                              Correction& correction) const;
 

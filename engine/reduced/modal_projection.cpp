@@ -65,12 +65,12 @@ class Fit {
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& y) const {
     return inverse_ * (tets_ == ProjectionTets::kCubature ? cubature_values(y) : transposed(y));
   }
-  /// Of y (9m), as the fit measures it.
+  /// Norm of y (9m), as the fit measures it.
   [[nodiscard]] double norm(const Eigen::VectorXd& y) const {
     if (tets_ == ProjectionTets::kCubature) return cubature_values(y).norm();
     return volume_norm(gradient_, y);
   }
-  /// Of y - Q W-hat z.
+  /// Norm of y - Q W-hat z.
   [[nodiscard]] double left(const Eigen::VectorXd& y, const Eigen::VectorXd& z) const {
     if (tets_ == ProjectionTets::kCubature) return (cubature_values(y) - rs_modes_ * z).norm();
     return norm(y - linear_coordinates(gradient_, modes_ * z));
@@ -133,7 +133,7 @@ enum class Tracking { kInTime, kPoseAlone };
 
 constexpr Eigen::Index kPosesAtOnce = 8;  // of one batch
 
-/// What the base motion contributes to a pose.
+/// The contribution of the base motion to a pose.
 struct BasePose {
   Eigen::VectorXd y;  // 9m
   Eigen::Vector3d mean;
@@ -296,9 +296,9 @@ class ModalProjector::Impl {
   };
 
   /// A keyframe over a base motion. A free body's turns continue from the base's, as the keyframe
-  /// before had them. A held body's are counted from its fixed nodes or from the base's, whichever
-  /// modes fit better: near full turns the first alone need not say of the base's own pose that it
-  /// is the base's.
+  /// before had them. A held body's turns are counted from its fixed nodes or from the base's; the
+  /// modes select the better fit. Near full turns the first count alone may not reproduce the
+  /// base's own pose.
   [[nodiscard]] KeyframePose tracked(const Eigen::Ref<const Eigen::VectorXd>& pose,
                                      const TrackedBase::Pose& base,
                                      const Eigen::Matrix3Xd& offset) const {

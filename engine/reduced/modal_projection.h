@@ -26,8 +26,8 @@ struct ProjectionOptions {
   /// Singular values below this share of the largest count as zero, in (0, 1).
   double rank_tolerance = 1e-6;
   /// A sum of modes is no gradient field, so the pose that the fit reconstructs to has other RS
-  /// coordinates again. Each correction reconstructs the pose in full and fits what it misses; one
-  /// that misses more is not taken. >= 0; 0 is the pseudo-inverse of the paper.
+  /// coordinates again. Each correction reconstructs the pose in full and fits the error; one that
+  /// increases the error is not taken. >= 0; 0 is the pseudo-inverse of the paper.
   int corrections = 0;
 
   /// @throws Error{kInvalidArgument} naming the member, its value and the inequality
@@ -44,12 +44,13 @@ struct ModalProjection {
   /// ProjectionRest::kKept, else empty.
   Eigen::MatrixXf rest;
   Eigen::VectorXd rest_size;  // K: root mean square of these over the volume; empty as these are
-  /// What the RS coordinates themselves leave of the displacements: they follow the turns of their
-  /// neighbours next to full turns. 3n x K [m], zero at fixed nodes; without such poses empty.
+  /// The part of the displacements that the RS coordinates themselves do not represent: next to
+  /// full turns they follow the turns of their neighbours. 3n x K [m], zero at fixed nodes; without
+  /// such poses empty.
   Eigen::MatrixXd beyond;
 };
 
-/// Where the keyframes of an edit are, and the motion that is edited.
+/// The frames of an edit's keyframes, and the motion that is edited.
 struct KeyframesOnBase {
   std::vector<int> frames;      // K, ascending, in [0, N)
   Eigen::MatrixXd base_motion;  // 3n x N displacements from rest [m]; as given to base_motion()
@@ -58,14 +59,14 @@ struct KeyframesOnBase {
 /// Poses as modal RS coordinates (paper: space-time editing, sections 6.2 and 6.3):
 ///   z-bar = (Q W-hat)^+ (y - y_base).
 /// Translations of a free body, which no RS coordinate sees, follow from the centre of mass. Over a
-/// base motion, z-bar is what has to be added to it.
+/// base motion, z-bar is the difference from it.
 ///
 /// Rotations have many logarithms, full turns apart. In a motion, branches are tracked in space and
 /// time: each tet may turn by less than half a turn from frame to frame. Keyframes may be far
-/// apart: a held body's turns are counted from its fixed nodes in each of them alone, over a
-/// base motion also from the base's own turns, and what modes fit better counts;
-/// a free body may turn by less than half a turn from one to the next, over a base motion by that
-/// much more or less than the base motion does.
+/// apart. A held body's turns are counted from its fixed nodes in each of them alone, over a base
+/// motion also from the base's own turns; the better fit of the modes counts. A free body may turn
+/// by less than half a turn from one to the next, over a base motion by that much more or less than
+/// the base motion does.
 ///
 /// Immutable and thread-safe. Errors name `poses` (or `poses[k]`), `frames` and `base_motion`.
 class ModalProjector {

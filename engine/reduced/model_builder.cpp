@@ -16,7 +16,8 @@
 namespace limber::reduced {
 namespace {
 
-// The validation poses are a sample: asked for a little more, so that the test poses agree.
+// The validation poses are a sample: their limit is a little stricter, so that the test poses
+// agree.
 constexpr double kMargin = 0.9;
 // First models: how many modes and poses, to which error of shapes and of modes.
 constexpr int kFirstModes = 10;
@@ -24,8 +25,8 @@ constexpr double kFirstTolerance = 0.05;
 constexpr int kFirstPoses = 100;
 constexpr int kFirstTestPoses = 10;
 constexpr double kFirstModesTolerance = 1e-2;
-// Of larger meshes the stiffness matrix is not factored for the first model: of 90,000 tets in a
-// block that takes more than a second.
+// The stiffness matrix of larger meshes is not factored for the first model: for a block of 90,000
+// tets that takes more than a second.
 constexpr int kMaxFactoredTets = 60000;
 constexpr int kMaxAttempts = 3;  // cubatures that are tried at most
 
@@ -80,7 +81,7 @@ void report_mechanisms(ReducedModel& model) {
                   model.mechanism_count, model.coordinate_count() - model.rigid_count));
 }
 
-/// Where rounding leaves frequencies uncertain by more than anybody would expect.
+/// Reports frequencies that are unexpectedly uncertain because of rounding.
 void report_uncertainty(const bodies::ModalBasis& eigen, ReducedModel& model) {
   constexpr double kExpected = 1e-4;
   if (eigen.eigenvalue_error <= kExpected) return;
@@ -99,7 +100,7 @@ void check_basis_size(const bodies::ElasticBody& body, const ModelOptions& optio
                           options.basis_size));
 }
 
-/// What is the same of every build: from modes on.
+/// The common part of every build: from modes on.
 /// @param watch  since the build began
 ReducedModel build_from_modes(const bodies::ElasticBody& body, const bodies::ModalBasis& eigen,
                               const ModelOptions& options, const JobContext& job,

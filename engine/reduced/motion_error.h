@@ -22,7 +22,7 @@ struct ShapeTarget {
   std::optional<int> since = std::nullopt;  // of a velocity: the column where it begins
 };
 
-/// Some frames of a motion as they are shown, and what they were to meet.
+/// Some shown frames of a motion, and the targets of these frames.
 struct ShownFrames {
   std::vector<int> frames;      // k, ascending
   Eigen::MatrixXd modal;        // z of W-hat, R x k
@@ -32,11 +32,11 @@ struct ShownFrames {
   std::vector<ShapeTarget> targets;
 };
 
-/// What a model is worth for one motion: shown shapes against full reconstructions of the same z.
+/// The error of a model for one motion: shown shapes against full reconstructions of the same z.
 struct MotionError {
   /// Root mean square distance of nodes between both, over all compared frames, as a share of the
-  /// root mean square displacement of the full shapes. Of a free body displacements are taken
-  /// without their mean: where it is moved to does not dilute its error.
+  /// root mean square displacement of the full shapes. Displacements of a free body are taken
+  /// without their mean, so that a translation does not dilute its error.
   double shape_error = 0;
   /// The same of the worst single frame. One that moves less than a tenth of the mean counts as if
   /// it moved as much as that.

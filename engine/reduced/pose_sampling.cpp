@@ -45,8 +45,8 @@ Eigen::MatrixXd sample_poses(const ScaledModes& modes, double body_length, doubl
       z(rigid + k, s) = random.normal() * (s % 2 == 0 ? 1.0 : std::pow(relative[k], -decay));
     }
   }
-  // One scale for all: the typical pose has the amplitude asked for, and a pose that happens to
-  // have little of the low modes is a small pose, not one with enormous high modes.
+  // One scale for all: the typical pose has the requested amplitude. A pose that happens to have
+  // little of the low modes is a small pose, not one with enormous high modes.
   const int sample = std::min(count, 128);
   const Eigen::MatrixXd u = modes.modes.rightCols(modes.elastic_count()) *
                             z.block(rigid, 0, modes.elastic_count(), sample);

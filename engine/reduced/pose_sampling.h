@@ -16,10 +16,10 @@ enum class PoseLevels {
 };
 
 /// Random poses z (R x count). Elastic coordinates are independent normal numbers (equal energies,
-/// since modes are scaled by 1 / sqrt(lambda)), in half of the poses with a further random decay
-/// towards high frequencies; then scaled so that the largest displacement of the linear pose W-hat
-/// z is level times `amplitude` body lengths. A free body also turns, about a random axis by up to
-/// level times 1.5 rad; it is not moved, since that is exact.
+/// since modes are scaled by 1 / sqrt(lambda)). Half of the poses have a further random decay
+/// towards high frequencies. Poses are then scaled so that the largest displacement of the linear
+/// pose W-hat z is level times `amplitude` body lengths. A free body also turns, about a random
+/// axis by up to level times 1.5 rad; it is not moved, since that is exact.
 [[nodiscard]] Eigen::MatrixXd sample_poses(const ScaledModes& modes, double body_length,
                                            double amplitude, PoseLevels levels, int count,
                                            Random& random);

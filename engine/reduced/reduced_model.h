@@ -20,10 +20,10 @@ enum class CubatureKind {
   kWeights,     // q = sum_e w_e P_e g_e, w_e >= 0 (paper: space-time editing, eq. 12)
 };
 
-/// What the basis B is made from. Fields and frames of an input animation are joined by principal
-/// component analysis in every case.
+/// Source of the basis B. Fields and frames of an input animation are joined by principal component
+/// analysis in every case.
 enum class BasisKind {
-  kBest,       // kSnapshots and kMapDerivatives are built, and what is better for the size is taken
+  kBest,       // kSnapshots and kMapDerivatives are built, and the better one for the size is taken
   kSnapshots,  // full reconstructions of training poses
   // Modes and their derivatives under StVK, lambda_1 / lambda_i and lambda_1^2 / (lambda_i
   // lambda_j) as weights (paper: space-time editing, section 3.1; Barbic and James 2005, 4.3).
@@ -43,9 +43,8 @@ struct ModelOptions {
   int cubature_size = 0;  // T; 0: chosen to meet the tolerance
   CubatureKind cubature = CubatureKind::kFittedMaps;
   BasisKind basis = BasisKind::kBest;
-  // Maps are fitted to all, the basis to the first 800 (400 of more than 16,000 tets); >= 10.
-  // 0: 2400, where the body has more
-  // than 40,000 tets fewer in proportion, at least 600.
+  // Maps are fitted to all, the basis to the first 800 (400 for more than 16,000 tets); >= 10.
+  // 0: 2400; fewer in proportion above 40,000 tets, at least 600.
   int training_poses = 0;
   int test_poses = 100;  // >= 10, never shared with training
   double amplitude =
@@ -61,7 +60,7 @@ struct ModelReport {
   double error_max = 0;
   double small_error_mean = 0;  // same at a hundredth of the amplitude (the linear regime)
   bool met_tolerance = true;
-  BasisKind basis = BasisKind::kSnapshots;  // what B was made from, never kBest
+  BasisKind basis = BasisKind::kSnapshots;  // the source of B, never kBest
   // Mean relative errors of the two methods alone with `compared_size` columns, on poses that had
   // no part in either (other ones than above); empty: not built.
   int compared_size = 0;
@@ -72,19 +71,19 @@ struct ModelReport {
   std::string message;
 };
 
-/// The reduced RS model of a body (paper: space-time editing, section 3), a plain value that is
-/// cached on disk.
+/// The reduced RS model of a body (paper: space-time editing, section 3). It is a plain value that
+/// is cached on disk:
 ///   u = B q,  q = H g(Y z) + D z
-/// z is unitless; column k of W-hat is the mass-orthonormal mode times c / sqrt(lambda_k /
-/// lambda_1), c such that z_1 = 1 moves the farthest node by one body length. lambda_1 is the first
-/// eigenvalue that is neither rigid nor of a mechanism; a mechanism's column is the mode times c. A
-/// free body has six unknowns first: translations in body lengths (through D only) and rotations in
-/// radians.
+/// z is unitless. Column k of W-hat is the mass-orthonormal mode times c / sqrt(lambda_k /
+/// lambda_1). The factor c makes z_1 = 1 move the farthest node by one body length, and lambda_1 is
+/// the first eigenvalue that is neither rigid nor of a mechanism. A mechanism's column is the mode
+/// times c. A free body has six unknowns first: translations in body lengths (through D only) and
+/// rotations in radians.
 struct ReducedModel {
   int node_count = 0;           // n, compact nodes
   double length = 0;            // [m]
   int rigid_count = 0;          // 0 or 6
-  int mechanism_count = 0;      // after the rigid ones: nothing holds them (bodies::ModalBasis)
+  int mechanism_count = 0;      // after the rigid ones: without stiffness (bodies::ModalBasis)
   Eigen::VectorXd eigenvalues;  // R [1/s^2], zero for rigid unknowns
   Eigen::MatrixXd modes;        // W-hat, 3n x R [m]
   Eigen::MatrixXd basis;        // B, 3n x h, orthonormal columns
@@ -107,17 +106,17 @@ struct ReducedModel {
                                        const JobContext& job = {},
                                        const Eigen::MatrixXd& animation = {});
 
-/// A model that is there soon, to be shown until build_model() has made the one that was asked for:
-/// ten modes at most, to a mean error of 5 % against full reconstructions of these modes. Of more
-/// than 60,000 tets the modes are bodies::smooth_modes(), whose frequencies are up to 60 % too high
-/// on branching bodies (5 % on bars). report.met_tolerance says whether options.tolerance is met.
+/// A quick model, shown until build_model() has made the requested one. It has ten modes at most
+/// and a mean error of 5 % against full reconstructions of these modes. Above 60,000 tets the modes
+/// are bodies::smooth_modes(), whose frequencies are up to 60 % too high on branching bodies (5 %
+/// on bars). report.met_tolerance says whether options.tolerance is met.
 /// @throws as build_model()
 [[nodiscard]] ReducedModel build_first_model(const bodies::ElasticBody& body,
                                              const ModelOptions& options,
                                              const JobContext& job = {});
 
-/// The model whose B has more columns, 3n x c, orthonormal and orthogonal to B: they show what is
-/// added to q alone, since H g(Y z) has nothing in them.
+/// The model with more columns of B, 3n x c, orthonormal and orthogonal to B. They show only
+/// additions to q, since H g(Y z) has no part in them.
 [[nodiscard]] ReducedModel with_columns(ReducedModel model,
                                         const Eigen::Ref<const Eigen::MatrixXd>& columns);
 
@@ -130,11 +129,12 @@ struct BaseMotion {
 };
 
 /// No tet loses a full turn in time, for steps of less than half a turn. z adds to theta, and next
-/// to a full turn the derivative of exp has rank one: the rotations of z across theta do next to
-/// nothing there. A body that spins and wobbles passes a full turn while its theta swings from the
-/// spin's axis through directions across it, in wobble / step frames (both rad); what z adds swings
-/// with it, and jumps by about wobble / (pi k) of itself where the k-th turn is found again. With
-/// steps longer than the wobble all that happens between two frames. z = 0 has none of it.
+/// to a full turn the derivative of exp has rank one: the rotations of z across theta have almost
+/// no effect there. A body that spins and wobbles passes a full turn while its theta swings from
+/// the spin's axis through directions across it, in wobble / step frames (both rad). The
+/// contribution of z swings with it, and jumps by about wobble / (pi k) of itself where the k-th
+/// turn is found again. With steps longer than the wobble all that happens between two frames. z =
+/// 0 is not affected.
 /// @param displacements  3n x N from rest [m], frame by frame
 /// @throws Error{kInvalidArgument} for other sizes or numbers that are not finite,
 /// Error{kCancelled}

@@ -11,8 +11,9 @@ namespace limber::reduced {
 inline constexpr int kRsSize = 9;
 
 /// RS coordinates of one tet (paper: space-time editing, section 2.2):
-///   0..2  theta [rad]: (theta x v) is the antisymmetric part of the displacement gradient applied
-///   to v 3..8  strain, the symmetric part: xx, yy, zz, yz, xz, xy
+/// - 0..2: theta [rad]; (theta x v) is the antisymmetric part of the displacement gradient applied
+///   to v
+/// - 3..8: strain, the symmetric part: xx, yy, zz, yz, xz, xy
 using RsVector = Eigen::Matrix<double, kRsSize, 1>;
 
 /// y = Q u of one tet: the parts of its displacement gradient H.

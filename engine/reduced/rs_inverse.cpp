@@ -59,14 +59,14 @@ constexpr int kFromBefore = -2;  // the tet itself in the frame before
 
 /// Beyond most of a first turn [rad] ...
 constexpr double kFirstTurn = 4.0;
-/// ... a tet hands on its own theta only if it is this far from a full turn and this near to what
-/// was expected.
+/// ... a tet passes on its own theta only if it is this far from a full turn and this near to the
+/// expected one.
 constexpr double kClearOfFullTurn = 1.0;
 constexpr double kNearBranch = 1.0;  // [rad]
 
 /// The logarithm for a tet expected to have `expected`. Past the first turn the number of turns is
-/// kept even where the axis is far from the expected one, where the nearest branch would be the
-/// one with no turn at all.
+/// kept even if the axis is far from the expected one. The nearest branch would then be the one
+/// without a turn.
 Eigen::Vector3d branch_for(const Eigen::Vector3d& principal, const Eigen::Vector3d& expected) {
   const double angle = principal.norm(), expected_angle = expected.norm();
   if (expected_angle < kFirstTurn || angle < 1e-13)

@@ -9,7 +9,7 @@
 
 namespace limber::reduced {
 
-/// What the tets hand on from one frame to the next.
+/// State of the tets that is passed from one frame to the next.
 struct RsTrack {
   // 3 x m [rad]: theta, or next to a full turn the axis so far times the angle about it, turns
   // counted. Empty before the first frame.
@@ -20,15 +20,15 @@ struct RsTrack {
 /// and a logarithm.
 ///
 /// A rotation has many logarithms, full turns about its axis apart. Branches are chosen so that
-/// neighbours (over a face) and successive frames are near each other: tets are settled one after
-/// the other, always the one that needs the smallest step from a settled neighbour or from its own
-/// previous frame. So a beam twisted by two turns has |theta| up to 4 pi at its end.
+/// neighbours (over a face) and successive frames are near each other. Tets are settled one after
+/// the other: always the one with the smallest step from a settled neighbour or from its own
+/// previous frame. For example, a beam twisted by two turns has |theta| up to 4 pi at its end.
 ///
-/// Next to a full turn the axis of what is left of it may point anywhere (a twisted bar's sections
-/// also tilt), and no choice of branch is near its neighbours. Such tets take the nearest branch
-/// there is but hand on, instead of their own theta, the axis so far and the angle of their
-/// rotation about it (turns counted); beyond them the turn is found again. The same in time: a free
-/// body that spins and wobbles passes full turns as a whole.
+/// Next to a full turn the axis of the remaining rotation may point anywhere (a twisted bar's
+/// sections also tilt), and no branch is near its neighbours. These tets take the nearest branch.
+/// Instead of their own theta they pass on the previous axis and the angle of their rotation about
+/// it (turns counted). Beyond them the turn is found again. The same in time: a free body that
+/// spins and wobbles passes full turns as a whole.
 class RsInverse {
  public:
   /// @param gradient  of body.mesh; kept by reference

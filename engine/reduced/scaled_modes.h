@@ -19,8 +19,8 @@ struct ScaledModes {
 };
 
 /// Place of lambda_1, the eigenvalue that scales and periods refer to: the first one that is
-/// neither rigid nor of a mechanism, whose eigenvalue is made up. Bodies with nothing but
-/// mechanisms: the first mechanism.
+/// neither rigid nor of a mechanism, whose eigenvalue is made up. Bodies with only mechanisms: the
+/// first mechanism.
 /// @param count  rigid, mechanism and other modes together, > rigid_count
 [[nodiscard]] constexpr int reference_mode(int count, int rigid_count, int mechanism_count) {
   const int first = rigid_count + mechanism_count;
@@ -33,8 +33,8 @@ struct ScaledModes {
 [[nodiscard]] ScaledModes scale_modes(const bodies::ElasticBody& body,
                                       const bodies::ModalBasis& basis);
 
-/// Fields that a rigid motion of a free body is made of, 3n x 12: x, y, z by one metre, then
-/// X (x - centre of mass) for X = e_i e_j^T, column 3 + 3 j + i [m].
+/// Fields that span the rigid motions of a free body, 3n x 12 [m]: x, y, z by one metre, then
+/// X (x - centre of mass) for X = e_i e_j^T, column 3 + 3 j + i.
 [[nodiscard]] Eigen::MatrixXd affine_fields(const bodies::ElasticBody& body);
 
 /// Largest displacement of a node in each column of u (3n x k) [m].

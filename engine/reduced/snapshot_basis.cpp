@@ -30,7 +30,7 @@ Eigen::MatrixXd gram_matrix(const Eigen::Ref<const Eigen::MatrixXd>& x) {
 }
 
 /// Q of a QR decomposition with positive diagonal of R, by Cholesky of the Gram matrix, twice, in
-/// parallel. @returns false, and the columns remain, where they depend on each other too much
+/// parallel. @returns false, with unchanged columns, if they depend on each other too much
 bool orthonormalise_by_cholesky(Eigen::MatrixXd& b) {
   constexpr double kLeastPivot = 1e-5;  // of unit columns: once more leaves rounding alone
   constexpr Eigen::Index kRows = 2048;  // of one block
@@ -52,7 +52,7 @@ bool orthonormalise_by_cholesky(Eigen::MatrixXd& b) {
 /// Of unit columns.
 void orthonormalise(Eigen::MatrixXd& b) {
   if (orthonormalise_by_cholesky(b)) return;
-  // Signs of R made positive: columns keep the direction of what they came from.
+  // Signs of R made positive: columns keep their original direction.
   const Eigen::VectorXd diagonal = orthonormalise_columns(b);
   for (Eigen::Index k = 0; k < b.cols(); ++k) {
     if (diagonal[k] < 0) b.col(k) = -b.col(k);
@@ -65,8 +65,8 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
                                const Eigen::VectorXd& node_mass,
                                const Eigen::Ref<const Eigen::MatrixXd>& exact, int size,
                                FieldScaling scaling) {
-  // Of the largest singular value: smaller ones are dropped; of columns: shorter ones depend on
-  // others.
+  // Share of the largest singular value: smaller ones are dropped. Share of columns: shorter ones
+  // depend on others.
   constexpr double kSmallest = 1e-7, kRounding = 1e-12;
   const Eigen::Index rows = u.rows();
   LIMBER_DEMAND(rows == 3 * node_mass.size() && size > exact.cols() && rows >= exact.cols());
@@ -84,7 +84,7 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
       const double whole = x.col(s).norm();
       if (fixed.cols() > 0) x.col(s) -= fixed * (fixed.transpose() * x.col(s)).eval();
       const double norm = x.col(s).norm();
-      // What the exact fields leave of a pose that they span is rounding, not a direction.
+      // If the exact fields span a pose, its remainder is rounding, not a direction.
       const double length = scaling == FieldScaling::kUnit ? norm : 1;
       x.col(s) *= norm > kRounding * whole ? 1 / length : 0;
     }

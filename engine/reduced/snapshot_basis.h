@@ -4,16 +4,17 @@
 
 namespace limber::reduced {
 
-/// What the length of a field says.
+/// Meaning of a field's length.
 enum class FieldScaling {
-  kUnit,     // nothing: each counts the same
+  kUnit,     // none: all count the same
   kAsGiven,  // how much it counts
 };
 
-/// Basis of the poses `u` (3n x S) by mass-weighted proper orthogonal decomposition, each pose at
-/// unit norm so that relative errors count (or as given): at most `size` columns, orthonormal in
-/// the plain inner product and nested (the first h columns are the basis of size h). Fewer where
-/// the poses span less (directions below 1e-7 of the largest), never more than rows.
+/// Basis of the poses `u` (3n x S) by mass-weighted proper orthogonal decomposition. Each pose has
+/// unit norm so that relative errors count (or its given norm). The basis has at most `size`
+/// columns, orthonormal in the plain inner product and nested (the first h columns are the basis of
+/// size h). Fewer if the poses span less (directions below 1e-7 of the largest), never more than
+/// rows.
 /// @param node_mass  n, positive weights of the nodes
 /// @param exact      3n x k, k may be 0: fields that the first k columns span exactly (translations
 /// of a free body)

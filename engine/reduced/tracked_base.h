@@ -9,16 +9,16 @@
 
 namespace limber::reduced {
 
-/// RS coordinates y (9m) of displacements u (3n) with the turns that the tets hand on: where a
-/// rotation is next to a full turn, its own logarithm has an axis that may point anywhere, which no
-/// sum of modes fits.
+/// RS coordinates y (9m) of displacements u (3n) with the turns that the tets pass on. Next to a
+/// full turn, a rotation's own logarithm has an axis that may point anywhere, which no sum of modes
+/// fits.
 [[nodiscard]] Eigen::VectorXd smooth_coordinates(const RsInverse& inverse,
                                                  const Eigen::Ref<const Eigen::VectorXd>& u,
                                                  RsTrack& track);
 
 /// The RS coordinates of a motion frame by frame, each frame tracked from the one before. Frames
-/// are worked out when they are asked for, from the nearest one before that is still known: what
-/// comes out does not depend on the order of asking. Not thread-safe.
+/// are computed on request from the nearest earlier frame in memory; the result does not depend on
+/// the order of requests. Not thread-safe.
 class TrackedBase {
  public:
   struct Pose {

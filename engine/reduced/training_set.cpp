@@ -23,9 +23,9 @@ namespace {
 
 // Poses that are reconstructed at once: bounds memory, and how long a cancellation is not heard.
 constexpr int kBlock = 128;
-// Poses that a basis is made of. More hardly improve it, but cost its eigenproblem the third power;
-// half as many cost a frame of the model 1 to 5 % (measured on seven bodies), and every one of a
-// large mesh is a solve.
+// Poses that a basis is made of. More poses hardly improve it, but the cost of its eigenproblem
+// grows with the third power. Half as many make a frame of the model 1 to 5 % more costly (measured
+// on seven bodies). Every pose of a large mesh needs a solve.
 constexpr double kMaxBasisPoses = 800, kMinBasisPoses = 400;
 constexpr double kTetsAtMaxBasisPoses = 8000;  // larger meshes get fewer
 

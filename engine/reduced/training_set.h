@@ -45,9 +45,9 @@ struct TrainingSet {
                                            const ModelOptions& options, int attempt,
                                            const JobContext& job);
 
-/// The training poses of `set` through `basis`: those it was made of, then those it was not. Of the
-/// latter only what the basis sees is found, block by block (FullReconstruction::Adjoint), as
-/// exactly as models to `tolerance` need.
+/// The training poses of `set` through `basis`: first those that it was made of, then the others.
+/// Only the projection of the latter on the basis is computed, block by block
+/// (FullReconstruction::Adjoint), as exactly as models to `tolerance` need.
 [[nodiscard]] PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
                                         const FullReconstruction& full,
                                         const Eigen::MatrixXd& basis, double tolerance,

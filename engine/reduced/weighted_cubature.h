@@ -11,10 +11,10 @@
 namespace limber::reduced {
 
 /// The paper's cubature (space-time editing, section 3.2; An et al. 2008), the baseline of the
-/// fitted maps:
-///   q = sum over tets of w_e P_e g_e,  w_e >= 0,  P = (B^T A B)^-1 B^T G^T V,
-/// tets added one by one from random candidates, weights by non-negative least squares on relative
-/// errors (eq. 15).
+/// fitted maps.
+///   q = sum over tets of w_e P_e g_e,  w_e >= 0,  P = (B^T A B)^-1 B^T G^T V.
+/// Tets are added one by one from random candidates, with weights by non-negative least squares on
+/// relative errors (eq. 15).
 class WeightedCubature {
  public:
   /// @param basis       B, 3n x h; a free body's first three columns span the translations

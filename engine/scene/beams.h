@@ -11,7 +11,7 @@ namespace limber::scene {
 /// A network of edges whose vertices have normals, as files draw beam structures.
 struct EdgeMesh {
   Eigen::Matrix3Xd vertices;
-  Eigen::Matrix3Xd normals;  // as in the file; (0, 0, 1) where it has none
+  Eigen::Matrix3Xd normals;  // as in the file; (0, 0, 1) if it has none
   std::vector<std::pair<int, int>> edges;
 };
 

@@ -12,7 +12,7 @@ PathKey key(const Constraint& constraint, std::size_t number) {
   return number == 0 ? PathKey{constraint.frame, constraint.target} : constraint.path[number - 1];
 }
 
-/// Of the piece that begins with this key, a frame.
+/// Speed of the piece that begins with this key, per frame.
 Eigen::Vector3d speed(const Constraint& constraint, std::size_t piece) {
   const PathKey from = key(constraint, piece), to = key(constraint, piece + 1);
   return (to.target - from.target) / (to.frame - from.frame);

@@ -10,10 +10,10 @@ namespace limber::scene {
 inline constexpr int kMaxPathFrames = 2000;
 inline constexpr double kGreatestReach = 1e6;  // [s]
 
-/// Where a constraint is to be in one of its frames. Between the keys of a path each axis is a
-/// monotone piecewise cubic (Fritsch and Carlson 1980, with the slopes of Brodlie): continuous in
-/// velocity, without overshoot, still where two keys are the same. At the ends the slope is that of
-/// the outermost piece times 1 - ease.
+/// Target of a constraint in one of its frames. Between the keys of a path each axis is a monotone
+/// piecewise cubic (Fritsch and Carlson 1980, with the slopes of Brodlie). It has continuous
+/// velocity and no overshoot, and rests where two keys are the same. At the ends the slope is that
+/// of the outermost piece times 1 - ease.
 /// @param frame  in [constraint.frame, constraint.last_frame()]
 [[nodiscard]] Eigen::Vector3d target_in(const Constraint& constraint, int frame);
 

@@ -9,7 +9,7 @@ namespace limber::scene {
 
 /// A detailed surface that follows a body: a plain value.
 struct DetailedSurface {
-  std::string name;     // of its file; the ending says the format
+  std::string name;     // of its file; the ending gives the format
   std::string content;  // the file byte for byte, with texture coordinates and materials
   std::map<std::string, std::string> companions;  // files that it names, by name
   TriangleSurface surface;  // vertices in the file's order [scene length unit]

@@ -10,7 +10,7 @@ namespace limber::scene {
 /// Every one of them is a row of the solver for each candidate mode.
 inline constexpr int kMaxKeyframes = 512;
 
-/// What a keyframe of a given scene may be.
+/// Rules for keyframes of a given scene.
 class KeyframeRules {
  public:
   static constexpr double kLeastWeight = 1e-30;
@@ -22,7 +22,7 @@ class KeyframeRules {
   /// The same of parts of it.
   [[nodiscard]] std::optional<Issue> frame_fault(int frame) const;
   [[nodiscard]] static std::optional<Issue> weight_fault(double weight);
-  /// The issue for a keyframe in a frame that an end condition holds; nothing for others.
+  /// The issue for a keyframe in a frame that an end condition holds; empty for others.
   [[nodiscard]] std::optional<Issue> idle_frame(int frame, End first_end, End last_end) const;
 
  private:

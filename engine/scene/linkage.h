@@ -18,13 +18,13 @@ namespace limber::scene {
 /// Joints are numbered from 0 in the order of their vertices (of valence 2 to 4), segments as the
 /// edges of the line mesh.
 
-/// What of a joint stays as it is.
+/// The fixed degrees of freedom of a joint.
 enum class Held { kMotion, kAngle, kMotionAndAngle };
 struct JointPin {
   int joint = 0;
   Held held = Held::kMotionAndAngle;
-  /// Where to bring the joint, unless its angle alone is held; nothing: where it is [scene length
-  /// unit].
+  /// Target position of the joint [scene length unit], unless its angle alone is held; empty: its
+  /// current position.
   std::optional<Eigen::Vector3d> position = {};
   bool operator==(const JointPin&) const = default;
 };
@@ -55,9 +55,9 @@ struct JointLoad {
   bool operator==(const JointLoad&) const = default;
 };
 
-/// How a linkage is opened from flat to the shape it was designed for: forces push it out of its
-/// plane while it opens and are removed where it is open, since without them it may open to another
-/// branch.
+/// Procedure to open a linkage from flat to its designed shape. Forces push it out of its plane
+/// while it opens, since without them it may open to another branch. They are removed when it is
+/// open.
 struct LinkageErection {
   double mean_angle = 0;          // that it leads to [rad], in (-pi, pi)
   std::vector<JointLoad> push;    // at most one for each joint; empty: it opens by itself
@@ -68,20 +68,20 @@ struct LinkageErection {
   /// Joints of the flat shape that the push is given for, 3 x joints [scene length unit]: the push
   /// turns with the linkage. Empty: the linkage as drawn.
   Eigen::Matrix3Xd flat_positions = {};
-  /// Joints of the shape that it leads to, wherever that lies; empty: not known.
+  /// Joints of the resulting shape, at any position; empty: not known.
   Eigen::Matrix3Xd positions = {};
-  /// One for each of `path`: what has to act on every joint to hold that angle, with the push and
-  /// of the last one without; > 0 opens [N m]. Empty: not known.
+  /// One for each of `path`: the moment on every joint that holds that angle, with the push (for
+  /// the last one without); > 0 opens [N m]. Empty: not known.
   std::vector<double> path_moments = {};
   /// The joint that is held while the linkage is pushed, with the greatest components of force and
-  /// moment by magnitude. Where no pin holds a joint's motion, it is held for that time; empty: the
-  /// middle one is.
+  /// moment by magnitude. It is held for that time only if no pin holds a joint's motion; empty:
+  /// the middle joint is held.
   std::optional<JointLoad> support = {};
-  /// Why no way to open to the designed shape is known; the rest is empty then.
+  /// The reason why no procedure to open to the designed shape is known; the rest is empty then.
   std::string failure = {};
 };
 
-/// What acts on a linkage; edits change this and nothing else.
+/// Conditions that act on a linkage; edits change only these.
 struct LinkageConditions {
   std::vector<JointPin> pins;
   std::vector<JointAngle> angles;
@@ -92,12 +92,12 @@ struct LinkageConditions {
   /// Rest length of each segment, > 0 [scene length unit]; empty: as Linkage::rest_lengths says.
   /// Designs change them.
   Eigen::VectorXd segment_lengths = {};
-  /// Rest length of each edge that a segment is computed with, > 0 [scene length unit]; empty:
-  /// those of segments say them, which are empty where there are these. First the edges within
-  /// segments, from start to finish, then of each joint that of its rod A and that of its rod B, as
-  /// far as it has them.
+  /// Rest length of each edge that a segment is computed with, > 0 [scene length unit]; empty: the
+  /// lengths of segments apply. Lengths of segments are empty if these are given. First come the
+  /// edges within segments, from start to finish, then for each joint that of its rod A and that of
+  /// its rod B, if it has them.
   Eigen::VectorXd edge_lengths = {};
-  /// Of each segment, > 0: its section is as large times this in both directions; empty: 1.
+  /// Scale of each segment's section in both directions, > 0; empty: 1.
   Eigen::VectorXd section_scales = {};
   /// With these sizes of rods; null: not known.
   std::shared_ptr<const LinkageErection> erection = {};
@@ -126,11 +126,11 @@ struct Linkage {
   rods::BendingForm bending = rods::kDefaultBending;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;
-  /// Where opening begins; nothing: as drawn. Pins without positions hold joints where they are in
-  /// it.
+  /// The shape from which opening begins; empty: as drawn. Pins without positions hold joints at
+  /// their positions in it.
   std::optional<rods::StateNumbers> shape;
-  /// What that shape is in equilibrium under, from which it continues to `conditions`; nothing:
-  /// those.
+  /// The conditions for which that shape is in equilibrium; it continues from them to `conditions`.
+  /// Empty: `conditions`.
   std::optional<LinkageConditions> shape_conditions = {};
 };
 

@@ -29,7 +29,7 @@ void check(const std::vector<PaintedStiffness>& painted, Eigen::Index points) {
   }
 }
 
-/// Meshes are validated later: with indices or coordinates that are none, there is nothing to do.
+/// Meshes are validated later: with invalid indices or coordinates, this is skipped.
 bool is_sound(const bodies::TetMesh& mesh) {
   return mesh.tet_count() > 0 && mesh.tets.minCoeff() >= 0 &&
          mesh.tets.maxCoeff() < mesh.node_count() && mesh.nodes.allFinite();
@@ -63,7 +63,7 @@ void set_moduli(Eigen::VectorXd logs, bodies::TetMesh& mesh) {
   for (auto& [key, number] : numbers) {
     number = static_cast<int>(materials.size());
     materials.push_back(mesh.materials[index(key.first)]);
-    // What no point changes keeps its very modulus.
+    // Materials that no point changes keep their exact modulus.
     const double modulus = std::exp(key.second);
     if (std::abs(modulus / materials.back().youngs_modulus - 1) > 1e-12)
       materials.back().youngs_modulus = modulus;
@@ -91,7 +91,7 @@ class Points {
     tree_.init(order.begin(), order.end(), boxes.begin(), boxes.end());
   }
 
-  /// Of several that are equally near, the first one.
+  /// The nearest point; the first of several equally near ones.
   [[nodiscard]] int nearest(const Eigen::Vector3d& x) const {
     Search search{points_, x};
     Eigen::BVMinimize(tree_, search);

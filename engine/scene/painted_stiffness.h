@@ -19,8 +19,8 @@ struct PaintedStiffness {
   StiffnessQuantity quantity = StiffnessQuantity::kFactor;
 };
 
-/// For each material of a mesh, at most so many are made of it. Where there are more values, they
-/// are rounded to that many in equal ratios between the least and the greatest one.
+/// Each material of a mesh is split into at most this many. If there are more values, they are
+/// rounded to this number, in equal ratios between the least and the greatest one.
 inline constexpr int kMaxPaintedMaterials = 256;
 
 /// Gives each tet the geometric mean of its four nodes: half-way between 1 and 100 is 10, whichever
@@ -32,8 +32,8 @@ inline constexpr int kMaxPaintedMaterials = 256;
 void paint_nodes(const std::vector<PaintedStiffness>& nodes, const bodies::Material& fallback,
                  bodies::TetMesh& mesh);
 
-/// Gives each tet what is painted at the vertex nearest to its centre (of several, the first one):
-/// of a mesh that fills a surface.
+/// For a mesh that fills a surface. Gives each tet the stiffness painted at the vertex nearest to
+/// its centre (the first of several).
 /// @param vertices  3 x n, in the mesh's unit
 /// @param painted  one for each vertex
 void paint_surface(const Eigen::Matrix3Xd& vertices, const std::vector<PaintedStiffness>& painted,

@@ -14,9 +14,9 @@
 namespace limber::scene {
 namespace {
 
-/// Pins whose spread across the line through them is less than this share of it turn nothing.
+/// Pins whose spread across the line through them is less than this share of it give no rotation.
 constexpr double kOnALine = 1e-6;
-/// Of the diagonal: parts of a mesh without pins follow rigidly.
+/// Share of the diagonal: parts of a mesh without pins follow rigidly.
 constexpr double kHold = 1e-12;
 
 struct RigidMotion {

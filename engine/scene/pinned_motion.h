@@ -10,9 +10,9 @@
 
 namespace limber::scene {
 
-/// A motion of a body whose pins follow given paths: as a rigid body, by least squares of the pins,
-/// and by what they do beside that, which spreads harmonically between them. Pins on a line, or
-/// fewer than three, turn nothing: the rigid part is their mean displacement.
+/// A motion of a body whose pins follow given paths. It is a rigid motion, by least squares of the
+/// pins, and the rest of their displacements, which spreads harmonically between them. Pins on a
+/// line, or fewer than three, give no rotation: the rigid part is their mean displacement.
 /// @param pins  node ids of the mesh, each once
 /// @param positions  of these nodes in their order, 3 pins x frames [scene unit]
 /// @returns displacements from rest, 3n x frames [scene unit]
@@ -21,14 +21,14 @@ namespace limber::scene {
                                              const std::vector<int>& pins,
                                              const Eigen::Ref<const Eigen::MatrixXd>& positions);
 
-/// What is wrong with paths of a scene's fixed nodes: sizes, numbers, or a motion of more than
-/// 2.5e8 numbers. Nothing: motion_of_pins() takes them, if the mesh is valid.
+/// Fault in the paths of a scene's fixed nodes: sizes, numbers, or a motion of more than 2.5e8
+/// numbers. Without a fault motion_of_pins() accepts them, if the mesh is valid.
 /// @param positions  3 fixed nodes x frames [scene unit]
 /// @returns an issue without a field
 [[nodiscard]] std::optional<Issue> pins_fault(const Scene& scene,
                                               const Eigen::Ref<const Eigen::MatrixXd>& positions);
 
-/// The scene with the base motion of these paths; null: as it is.
+/// The scene with the base motion of these paths; null: unchanged.
 [[nodiscard]] Scene with_pins(Scene scene, const std::shared_ptr<const Eigen::MatrixXd>& positions);
 
 }  // namespace limber::scene

@@ -22,7 +22,7 @@ enum class End {
   kCyclic,  // of both ends or of none: the last frame leads into the first, as if N frames before
 };
 enum class Cubature { kFittedMaps, kWeights };
-/// Where the columns that span the body's shapes come from.
+/// Source of the columns that span the body's shapes.
 enum class Basis { kBest, kSnapshots, kModalDerivatives, kMapDerivatives };
 enum class TargetKind {
   kDisplacement,  // relative to the rest position
@@ -43,7 +43,7 @@ struct Dynamics {
       40;  // frames of one swing of the lowest elastic mode; 0: from materials and fps
   /// Of critical, in [0, 1): of the lowest elastic mode. Damping grows with stiffness, as in a body
   /// of viscous material, so that faster modes are damped more in proportion to their frequency.
-  /// Of published differences: of every mode.
+  /// With published differences it is that of every mode.
   double damping_ratio = kCalmDamping;
   Discretisation discretisation = Discretisation::kSampled;
   double force_smoothing = kCalmSmoothing;  // [s], >= 0: about the time in which forces change
@@ -51,9 +51,9 @@ struct Dynamics {
   /// follows. Of sampled modes.
   double inertia = 0;
 
-  /// Of sampled modes by default: keys of a tenth to a third of the body's length neither shake the
-  /// body nor swing it to the other side, and two equal ones hold it between them (limber-bench
-  /// calm).
+  /// Defaults of sampled modes. With them, keys of a tenth to a third of the body's length neither
+  /// shake the body nor swing it to the other side. Two equal keys hold it between them
+  /// (limber-bench calm).
   static constexpr double kCalmDamping = 0.7, kCalmSmoothing = 0.5;
   static constexpr double kGreatestInertia = 10;
 };
@@ -107,9 +107,10 @@ struct ModelRequest {
   static constexpr int kDefaultCandidates = 80;  // as in the paper's table 1
 };
 
-/// What is optimised beside the control forces (paper: space-time editing, section 4).
+/// Variables that are optimised in addition to the control forces (paper: space-time editing,
+/// section 4).
 enum class MaterialVariables {
-  kMotion,    // nothing: the material stays as it is
+  kMotion,    // none: the material does not change
   kDynamics,  // frequencies and damping of the modes
   kAll,       // and the modes themselves, as mixtures of more of them
 };
@@ -117,8 +118,8 @@ enum class MaterialVariables {
 struct MaterialOptimisation {
   MaterialVariables variables = MaterialVariables::kMotion;
   double column_weight = 1;  // mu >= 0: keeps mixed modes near unit size
-  /// Of fitted modes [Hz], in (0, half the frames per second]; nothing: an eighth of the frames per
-  /// second, as they are.
+  /// Bound for fitted modes [Hz], in (0, half the frames per second]; empty: an eighth of the
+  /// frames per second of the scene.
   std::optional<double> max_frequency_hz;
   int slow_steps = 10;  // of a fit from the scene's own material, in [0, kMaxSlowSteps]
 
@@ -145,8 +146,8 @@ struct PathKey {
   Eigen::Vector3d target = {0, 0, 0};  // in the kind and unit of the constraint's
 };
 
-/// "In this frame, the (mean) position of these nodes is there", or their (mean) velocity is that;
-/// in place of nodes, of a point of a surface as it is shown.
+/// A target in one frame for the (mean) position of nodes, or for their (mean) velocity. Instead of
+/// nodes, it may be that of a point of the shown surface.
 struct Constraint {
   std::uint64_t id = 0;  // 0: to be numbered by the session
   int frame = 0;
@@ -185,7 +186,7 @@ struct Keyframe {
 
 struct StartMotion;
 
-/// What a session edits: plain values, lengths in `length_unit_in_metres`.
+/// The values that a session edits: plain values, lengths in `length_unit_in_metres`.
 struct Scene {
   std::string name;
   bodies::TetMesh mesh;                   // coordinates in scene units
@@ -205,10 +206,10 @@ struct Scene {
   /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:
   /// the rest shape.
   Eigen::MatrixXd base_motion;
-  std::optional<Simulation> simulation;  // nothing that editing depends on
+  std::optional<Simulation> simulation;  // no effect on editing
   /// That the body carries along, without effect on it; null: none. Shared, never changed.
   std::shared_ptr<const DetailedSurface> surface;
-  /// Where solving begins; null: at rest. Shared, never changed.
+  /// Start of the solve; null: at rest. Shared, never changed.
   std::shared_ptr<const StartMotion> start = nullptr;
 };
 
@@ -225,17 +226,17 @@ inline constexpr const char* kHowToHoldExactly =
 inline constexpr const char* kEndsOfCycle =
     "either both ends are cyclic, or none: the last frame leads into the first";
 
-/// How many frames an end condition holds; nothing for a number that is none.
+/// How many frames an end condition holds; empty for a number that is not an end condition.
 [[nodiscard]] std::optional<int> pinned_frames(End end);
 /// The velocity in a frame is the central difference of the shown frames,
-/// (u(until) - u(since)) / (until - since) x frames per second: the frames before and after it, at
-/// the first and the last frame the frame itself and its only neighbour.
+/// (u(until) - u(since)) / (until - since) x frames per second. These are the frames before and
+/// after it; at the first and the last frame, the frame itself and its only neighbour.
 struct VelocitySpan {
   int since = 0, until = 0;
 };
 /// In a cycle the frame before the first is the last.
 [[nodiscard]] VelocitySpan velocity_span(int frame, int frame_count, End first_end = End::kFree);
-/// The warning for a constraint in a frame that an end condition holds; nothing for others.
+/// The warning for a constraint in a frame that an end condition holds; empty for others.
 [[nodiscard]] std::optional<std::string> idle_frame_warning(int frame, int frame_count,
                                                             End first_end, End last_end);
 /// As above; a velocity has no effect where both frames of its span are held.

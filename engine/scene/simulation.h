@@ -22,10 +22,10 @@ struct NodalForce {
   double period_frames = 0;  // > 0 of kSine, else 0
 };
 
-/// Frame 0: sums of what is given; at rest where nothing is.
+/// Frame 0: sums of the given values; at rest if none is given.
 struct InitialState {
   Eigen::VectorXd displacement;  // 3 nodes, 3 * node + axis [scene length unit]; empty: none
-  /// Amplitudes of the lowest elastic vibration modes [scene length unit]: every mode is scaled so
+  /// Amplitudes of the lowest elastic vibration modes [scene length unit]. Every mode is scaled so
   /// that the node that it moves most moves by 1, its largest component positive.
   std::vector<double> modes;
   Eigen::VectorXd velocity;                     // 3 nodes [scene length unit / s]; empty: none

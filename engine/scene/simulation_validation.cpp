@@ -8,7 +8,7 @@
 namespace limber::scene {
 namespace {
 
-/// Enough of a list to see what is wrong with it.
+/// Enough issues of a list to understand its fault.
 constexpr int kMaxListedIssues = 20;
 
 class SimulationValidator {
@@ -123,7 +123,7 @@ class SimulationValidator {
     }
   }
 
-  /// Of vectors of all nodes: nothing moves where it is held.
+  /// Checks vectors of all nodes: fixed nodes must not move.
   void check_field(const std::string& field, const Eigen::VectorXd& values) {
     if (values.size() == 0 || scene_.mesh.node_count() == 0) return;
     const Eigen::Index expected = 3 * static_cast<Eigen::Index>(scene_.mesh.node_count());

@@ -16,7 +16,7 @@ struct TriangleSurface {
   [[nodiscard]] int triangle_count() const { return static_cast<int>(triangles.cols()); }
 };
 
-/// What a surface is as a boundary of something solid.
+/// Properties of a surface as the boundary of a solid.
 struct SurfaceCheck {
   int open_edges = 0;                 // edges of one triangle only
   int crowded_edges = 0;              // edges of three or more triangles
@@ -33,8 +33,8 @@ struct SurfaceCheck {
 
 [[nodiscard]] SurfaceCheck check_surface(const TriangleSurface& surface);
 
-/// Refuses what encloses nothing: open, crowded or inconsistently oriented edges, indices out of
-/// range, NaN. A surface that is consistently oriented inward is turned over.
+/// Refuses surfaces that do not enclose a volume: open, crowded or inconsistently oriented edges,
+/// indices out of range, NaN. A surface that is consistently oriented inward is turned over.
 /// @throws Error{kInvalidArgument} naming the kind of fault, how many there are, and the first edge
 [[nodiscard]] TriangleSurface closed_outward(const TriangleSurface& surface);
 

@@ -158,7 +158,7 @@ void BandedFactor::insert_row(int start, double* row) {
   for (int column = start; column < columns_; ++column) {
     double* r = r_.data() + place(column);
     if (kBorder > 0 && column == columns_ - kBorder && column > start) {
-      // The band has ended: what is left of the row begins here.
+      // The band has ended: the rest of the row begins here.
       std::copy_n(row + kWidth * lanes, kBorder * lanes, row);
       std::fill_n(row + kBorder * lanes, kWidth * lanes, 0.0);
     }

@@ -11,8 +11,8 @@ namespace limber::spacetime {
 struct BandedRow {
   int start = 0;
   Lanes values;  // lanes x width, 4 or 6, of all rows; entries past the last column are zero
-  /// Of a row over the seam of a cycle, which starts at 0: lanes x width / 2, what it reads of the
-  /// last columns; else empty.
+  /// For a row over the seam of a cycle (start = 0): lanes x width / 2, its entries in the last
+  /// columns. Empty for other rows.
   Lanes behind = {};
 };
 
@@ -25,12 +25,12 @@ void apply_normal(const std::vector<BandedRow>& rows, const Lanes& z, Lanes& pro
 enum class Shape { kBand, kCycle };
 
 /// R of the QR of [L; sqrt(shift) I], width - 1 superdiagonals, by inserting rows with Givens
-/// rotations. Of a cycle the last width / 2 columns, the border, are filled as well:
+/// rotations. In a cycle, the last width / 2 columns (the border) are filled as well:
 ///
 ///    [ b b b     | x x ]
 ///    [   b b b   | x x ]        b: band, x: border
 ///    [     b b b | x x ]
-///    [           | t t ]        t: what remains, the end of the band
+///    [           | t t ]        t: the rest, the end of the band
 ///    [           |   t ]
 class BandedFactor {
  public:
@@ -41,7 +41,7 @@ class BandedFactor {
   void solve(Lanes& x) const;
   /// Column `column` of the inverse, every lane: x is lanes x columns.
   void inverse_column(int column, Lanes& x) const;
-  /// Of that column the number on the diagonal: lanes.
+  /// The diagonal entry of that column: lanes.
   void inverse_diagonal(int column, Eigen::VectorXd& own) const;
 
  private:

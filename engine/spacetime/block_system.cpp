@@ -82,7 +82,7 @@ void BlockSystem::assemble(const ModeSystems& systems, const AddBlock& add_block
     if (systems.shape() == Shape::kCycle && group + 2 < groups)
       arrow_[group].setZero(size(groups - 1), size(group));
   }
-  // Of a frame and one before it, or itself.
+  // The block of a frame and an earlier one, or of the frame and itself.
   const auto block = [&](int frame, int other) {
     const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(other)]);
     const int apart = group_of_[static_cast<std::size_t>(frame)] - static_cast<int>(group);

@@ -21,9 +21,8 @@ namespace limber::spacetime {
 ///   f3 [ d   d  | d   d  ]
 ///
 /// and factored by block tridiagonal Cholesky, H = F F^T: time linear in the number of knots, cubic
-/// in r. Where a row of constraints ties two knots together (a velocity), the block between these
-/// is dense as well. In a cycle the last group couples to all others: an arrow of blocks below
-/// them.
+/// in r. If a row of constraints couples two knots (a velocity), the block between these is dense
+/// as well. In a cycle the last group couples to all others: an arrow of blocks below them.
 class BlockSystem {
  public:
   /// Adds the block of a knot to the r x r matrix given.
@@ -53,7 +52,7 @@ class BlockSystem {
   [[nodiscard]] int group_count() const { return static_cast<int>(first_.size()) - 1; }
   template <class Block>
   void add_over_seam(const BandedRow& row, int width, int count, const Block& block);
-  /// Where a frame's modes begin in its group.
+  /// Index of a frame's first mode in its group.
   [[nodiscard]] Eigen::Index place(int frame) const;
 
   int modes_ = 0;

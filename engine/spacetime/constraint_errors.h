@@ -13,7 +13,7 @@ struct ConstraintMiss {
   bool is_exact = false;
 };
 
-/// How far a motion misses what it is to meet, over the axes of each constraint.
+/// Errors of a motion in its constraints, over the axes of each constraint.
 struct ConstraintErrors {
   double max_constraint_error = 0;      // over all constraints on positions, distance [m]
   double rms_constraint_error = 0;      // over these constraints [m]
@@ -22,8 +22,8 @@ struct ConstraintErrors {
   double max_exact_velocity_error = 0;  // over exact ones of them only [m/frame]
   double max_keyframe_error = 0;        // over keyframes, |S z - z-bar| (unitless)
 
-  /// Of exact constraints on positions and velocities [m]: a velocity counts with the distance that
-  /// its error makes in one frame.
+  /// Largest error of exact constraints on positions and velocities [m]. The error of a velocity
+  /// counts as the distance that it makes in one frame.
   [[nodiscard]] double exact_error() const {
     return std::max(max_exact_error, max_exact_velocity_error);
   }

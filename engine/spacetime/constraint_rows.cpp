@@ -24,7 +24,7 @@ void ConstraintRows::set_mixing(Eigen::MatrixXd mixing) {
   mixing_ = are_first_coordinates(mixing) ? Eigen::MatrixXd() : std::move(mixing);
 }
 
-/// Rows being built; multipliers are found again by what they belong to.
+/// Rows being built; multipliers are found again by their constraint.
 struct ConstraintRows::Gathered {
   enum class Kind { kPosition, kVelocity, kKeyframe };
   using Key = std::tuple<Kind, ConstraintId, int>;  // kind, id, axis or coordinate

@@ -25,26 +25,27 @@ struct TermPair {
   int first = 0, second = 0;  // knot of first < knot of second
 };
 
-/// u and, if asked for, J of every row at some z. Unitless (body lengths, frames).
+/// u and, if requested, J of every row at some z. Unitless (body lengths, frames).
 struct RowState {
   Eigen::VectorXd residual;  // target - u, one per row
   Lanes jacobian;            // lanes x terms: column t is d u_row(t) / d z at the term's knot
 };
 
-/// The axes of all position constraints and the coordinates of all keyframes in free frames as
-/// rows: by frame, there positions by (id, axis), then keyframes by (id, coordinate), grouped by
-/// knot. A coordinate that no mode moves (a row of zeros in S) is no row but a miss for good.
+/// The axes of all position constraints and the coordinates of all keyframes in free frames, as
+/// rows grouped by knot. They are sorted by frame; within it, positions by (id, axis), then
+/// keyframes by (id, coordinate). A coordinate that no mode moves (a row of zeros in S) has no row:
+/// its error is constant.
 ///
-/// What a row reads at one knot is a term of it. A position and a coordinate are read at one knot:
-/// one term. A mean velocity is (u(frame) - u(since)) / (frame - since): two terms at two knots, or
-/// one and a constant where an end holds one of the frames. Terms are ordered by knot, there those
-/// of positions and velocities before those of keyframes; rows by their first term. So without
-/// velocities terms and rows are the same.
+/// A term of a row is its part at one knot. A position and a coordinate are read at one knot: one
+/// term. A mean velocity is (u(frame) - u(since)) / (frame - since): two terms at two knots, or one
+/// term and a constant if an end holds one of the frames. Terms are ordered by knot; at a knot,
+/// those of positions and velocities precede those of keyframes. Rows are ordered by their first
+/// term. Without velocities, terms and rows are the same.
 ///
 /// A soft row costs weight/2 residual^2. An exact row is a soft row with a large weight and a shift
-/// of its target: weight/2 (residual + multiplier/weight)^2, the method of multipliers, which needs
-/// neither feasible nor independent constraints to be well defined and tends to the least-squares
-/// answer where they contradict each other.
+/// of its target: weight/2 (residual + multiplier/weight)^2. This is the method of multipliers. It
+/// is well defined also for infeasible or dependent constraints, and tends to the least-squares
+/// answer if they contradict each other.
 class ConstraintRows {
  public:
   /// @param mixing  S, R x r; empty: (I, 0)^T
@@ -112,7 +113,8 @@ class ConstraintRows {
   /// merit at z = 0, exact rows counted with weight 1: the scale that small energies are compared
   /// with.
   [[nodiscard]] double rest_energy() const;
-  /// What is minimised: soft energy and the exact rows' weight/2 (residual + multiplier/weight)^2.
+  /// The minimised value: soft energy and the exact rows' weight/2 (residual +
+  /// multiplier/weight)^2.
   [[nodiscard]] double merit(const Eigen::VectorXd& residual) const;
 
   /// How far each constraint is missed: the distance over its axes (body lengths), of a velocity
@@ -133,8 +135,7 @@ class ConstraintRows {
   /// Energy of what no mode moves, part of soft_energy().
   [[nodiscard]] double idle_energy() const { return idle_energy_; }
 
-  /// Constraints in pinned frames: residuals that nothing can change (unitless), with their
-  /// weights.
+  /// Constraints in pinned frames: constant residuals (unitless), with their weights.
   struct Fixed {
     Eigen::VectorXd residual, weight;  // infinite weight: exact
     std::vector<int> owner;            // per row which constraint's it is, counted from 0
@@ -142,7 +143,7 @@ class ConstraintRows {
   [[nodiscard]] const Fixed& fixed() const { return fixed_; }
 
  private:
-  /// Of a position or a velocity.
+  /// A position or a velocity.
   struct Member {
     ConstraintId id;
     int row, term;  // the first of each, -1 before its first knot
@@ -150,7 +151,7 @@ class ConstraintRows {
     Eigen::Vector3d constant;  // what a frame held by an end adds to u (unitless)
     bool velocity;
   };
-  /// What a member reads at one knot: factor times u, a term an axis. In step with queries_.
+  /// The part of a member at one knot: factor times u, one term per axis. Parallel to queries_.
   struct Part {
     int member;
     int term;  // first term
@@ -164,9 +165,9 @@ class ConstraintRows {
     double idle = 0;               // |z-bar|^2 of the coordinates that no mode moves
     bool exact = false;
   };
-  /// What rebuild() gathers before it becomes vectors.
+  /// Data that rebuild() gathers before it fills the vectors.
   struct Gathered;
-  /// What a constraint reads in one frame.
+  /// The part of a constraint in one frame.
   struct Reading {
     const PositionConstraint* constraint;
     double factor;
@@ -201,7 +202,7 @@ class ConstraintRows {
   Eigen::VectorXd target_, gamma_, weight_, multiplier_, rest_;  // rest_: u at z = 0
   int exact_count_ = 0;
   Fixed fixed_;
-  /// A constraint that nothing moves, and what it reads.
+  /// A constraint whose value no unknown changes, and its readings.
   struct Pinned {
     PositionConstraint constraint;
     std::vector<std::pair<int, double>> readings;

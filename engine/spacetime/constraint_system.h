@@ -29,8 +29,8 @@ void sum_terms(const std::vector<int>& places, Eigen::Index count, Eigen::Matrix
 inline constexpr ShiftSeries kLifts{1e-15, 10, 11};
 
 /// system <- its Cholesky factor (lower). Exact rows that depend on each other leave it singular to
-/// rounding: it is lifted by as little as makes it factor. The error is one of the step only, and
-/// gone with the next.
+/// rounding: it is lifted by as little as makes it factor. The error affects only this step, not
+/// the next.
 /// @throws Error{kNumerical} for numbers that are not finite
 void factor_lifted(Eigen::MatrixXd& system, Eigen::MatrixXd& work);
 

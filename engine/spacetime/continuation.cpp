@@ -30,7 +30,7 @@ void Optimizer::begin_ramp() {
   linearise();
   stage_newton_ = false;
   guard_.reset();
-  // What keyframes ask is linear: there is nothing to be led to.
+  // Keyframes are linear in z: they need no continuation.
   if (rows_.position_rows().empty()) return;
   // Compliance of a row times its weight: how much the constraint wins against the forces.
   const bool only_diagonal = !rows_.keyframe_blocks().empty() && rows_.pairs().empty();

@@ -6,7 +6,7 @@ namespace {
 constexpr int kMaxRounds = 100;
 /// Rows of which a step takes off less than this depend on others.
 constexpr double kLeastTaken = 1e-8;
-/// What may be left in the end, of what was there.
+/// Allowed ratio of the final residual to the initial one.
 constexpr double kMostLeft = 0.5;
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace limber::spacetime {
 /// The step d and the multipliers m that are due to c alone: H d = J^T m, m = W (c - J d).
 using RowStep = std::function<void(const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m)>;
 
-/// Adds to a step what it leaves of exact rows: J d = residual there, to first order. A penalty W
+/// Corrects a step so that exact rows are met to first order: J d = residual there. A penalty W
 /// takes off s / (s + 1 / W) of a row, s an eigenvalue of J H^-1 J^T. That is little where rows are
 /// stiff. Conjugate gradients on just that map take off the rest.
 /// @param residual   of all rows, not shifted

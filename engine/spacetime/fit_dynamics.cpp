@@ -25,8 +25,8 @@ double best_multiple(const Eigen::RowVectorXd& acceleration, const Eigen::RowVec
   return square > 0 ? std::clamp(-acceleration.dot(column) / square, 0.0, limit) : 0.0;
 }
 
-/// What the forces on a mode are made of: of differences acceleration + d velocity + lambda
-/// position, of sampled modes with the coefficients of ForceStencil before, next - before, lambda.
+/// Components of the forces on a mode. For differences: acceleration + d velocity + lambda
+/// position. For sampled modes the coefficients of ForceStencil are before, next - before, lambda.
 struct Signals {
   Eigen::RowVectorXd position, velocity, acceleration;
 };

@@ -86,7 +86,7 @@ class SampledForce {
     return result;
   }
 
-  /// Of z_(i+1) = (2 + D - L) z_i / (1 + D) - z_(i-1) / (1 + D), the best linear prediction.
+  /// The best linear prediction: z_(i+1) = (2 + D - L) z_i / (1 + D) - z_(i-1) / (1 + D).
   [[nodiscard]] std::optional<Point> prediction() const;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace limber::spacetime {
 
-/// What ModeDynamics may have: one of the enumerators; 0 <= tau <= 1e6; c > 0, and w > 0 of each
+/// Valid members of ModeDynamics: one of the enumerators; 0 <= tau <= 1e6; c > 0, and w > 0 of each
 /// mode or of none.
 [[nodiscard]] bool is_discretisation(Discretisation value);
 [[nodiscard]] bool is_smoothing(double tau);
@@ -18,14 +18,14 @@ namespace limber::spacetime {
 ///
 /// kDifferences (paper: space-time editing, eq. 17a): 1, -2 - d + lambda, 1 + d.
 ///
-/// kSampled: q e^(-d), -q (x_1 + x_2), q, where x_1, x_2 = e^(-d/2 +- i sqrt(lambda - d^2/4)) are
-/// what one frame makes of the mode's free solutions (real ones above critical damping). q makes
-/// a constant z cost lambda z, its static force, and is 1 for a mode that nothing pulls back. For
-/// slow modes both forms agree to first order in the step.
+/// kSampled: q e^(-d), -q (x_1 + x_2), q. x_1, x_2 = e^(-d/2 +- i sqrt(lambda - d^2/4)) are the
+/// factors of the mode's free solutions over one frame (real above critical damping). q makes a
+/// constant z cost lambda z, its static force, and is 1 for a mode without stiffness and damping.
+/// For slow modes both forms agree to first order in the step.
 ///
-/// A sampled mode that swings faster than the Nyquist frequency looks slower than it is, and stands
-/// still at whole turns a frame, where q would have no bound. There it is damped at least by
-/// 1/10 of what it is too fast. Damping ratios of 0.1 and more are never changed by this.
+/// A sampled mode faster than the Nyquist frequency looks slower than it is. At whole turns a frame
+/// it would appear at rest, and q would have no bound. Therefore it is damped by at least 1/10 of
+/// the excess frequency. Damping ratios of 0.1 and more are never changed by this.
 struct ForceStencil {
   double before = 1, centre = -2, next = 1;
 };
@@ -41,9 +41,9 @@ struct FreeGrowth {
 };
 [[nodiscard]] FreeGrowth free_growth(const ForceStencil& stencil);
 
-/// I + tau^2 D^T D = B^T B, D differences of neighbouring forces, row i of B is own f_i +
-/// following f_(i+1): own^2 + following^2 = 1 + 2 tau^2, own * following = -tau^2. Of the two
-/// solutions the one whose sum is 1, so that a constant force costs itself.
+/// I + tau^2 D^T D = B^T B, with D the differences of neighbouring forces. Row i of B is own f_i +
+/// following f_(i+1): own^2 + following^2 = 1 + 2 tau^2, own * following = -tau^2. The solution
+/// with sum 1 is taken, so that a constant force costs itself.
 struct ForceSmoothing {
   explicit ForceSmoothing(double tau);
   double own = 1, following = 0;
@@ -55,10 +55,11 @@ struct ForceSmoothing {
 /// The same of a cycle, in which the first force follows the last: as many rows as forces.
 [[nodiscard]] Eigen::RowVectorXd smoothed_cycle(const Eigen::RowVectorXd& forces, double tau);
 
-/// What the first two frames of a sampled mode cost: the least force that brings it from rest, long
-/// before, to where and how fast it is there: 1/2 (place z_0)^2 + 1/2 (lag z_0 + speed z_1)^2.
+/// Cost of the first two frames of a sampled mode, 1/2 (place z_0)^2 + 1/2 (lag z_0 + speed z_1)^2.
+/// It is the least force that brings the mode from rest, long before, to its position and velocity
+/// there.
 ///
-/// If a damped mode may begin with any swing for nothing, it does: the free motion that passes
+/// If a damped mode could begin with any swing at no cost, it would: the free motion that passes
 /// through two late keys began a thousand body lengths away. With white forces z is a stationary
 /// autoregressive process of second order; this is the inverse of the covariance of neighbours
 /// (Yule-Walker equations), which is zero without damping. Smooth forces count 1 + tau^2 |1 - x_1|
@@ -68,7 +69,7 @@ struct BeginningCost {
 };
 [[nodiscard]] BeginningCost beginning_cost(double stiffness, double damping, double tau);
 
-/// What is before the first frame.
+/// State before the first frame.
 enum class Beginning {
   kFromRest,  // sampled modes were at rest long before (BeginningCost)
   kAnyhow,    // anything: parts of a motion that go on from a known state

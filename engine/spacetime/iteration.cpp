@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kExactWeightGrowth = 10;  // factor of the penalty of exact constraints
 constexpr double kExactWeightCap = 1e7;    // its largest value
-/// Slow exact rows are met by whole steps where the scaled gradient and what they are off by
-/// [body lengths] are below these ..
+/// Slow exact rows are met by whole steps if the scaled gradient and their errors [body lengths]
+/// are below these ..
 constexpr double kNearGradient = 1e-2, kNearTarget = 1e-3;
 /// .. to this part of their tolerance, to first order.
 constexpr double kExactLeft = 0.1;
@@ -25,7 +25,7 @@ constexpr double kNewtonCost = 12;
 constexpr double kSuspectGrowth = 2;
 /// Energies this close (relative) belong to one minimum ...
 constexpr double kSameEnergy = 1e-6;
-/// ... and what has not converged may be that much away from its end.
+/// ... and an answer that has not converged may be that far from its end.
 constexpr double kClearlyBetter = 0.9;
 
 }  // namespace
@@ -66,7 +66,7 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
   }
   course.gradient = scaled(step_.decrement2);
   if (course.gradient <= options_.gradient_tolerance && exact_done() && guard_.shift() > 0) {
-    // A shift shortens steps: what is left to gain is known without it.
+    // A shift shortens steps: the remaining gain is known without it.
     gauss_newton_step();
     course.gradient = scaled(step_.decrement2);
   }

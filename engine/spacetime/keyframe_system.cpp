@@ -25,7 +25,7 @@ void KeyframeSystem::factor(const ModeSystems& systems, const ConstraintRows& ro
 }
 
 /// A row of one number is rotated into R without a sum of large and small ones, however heavy it
-/// is: nothing that K says of the frames beside it is lost.
+/// is. No digits of K at the neighbouring frames are lost.
 void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const ConstraintRows& rows) {
   std::vector<BandedRow> all;
   all.reserve(systems.rows().size() + rows.keyframe_blocks().size());
@@ -45,8 +45,8 @@ void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const Constrain
   green_.compute(band_, systems.kept_count(), systems.lanes(), frames);
 }
 
-/// Where S is close to singular and a weight is large, rounding may leave a block indefinite: it is
-/// lifted by as little as makes it factor. That is one more proximal term, of the step only.
+/// If S is close to singular and a weight is large, rounding may make a block indefinite. The
+/// smallest shift that makes it factor is added: one more proximal term, of the step only.
 void KeyframeSystem::factor_blocks(const ModeSystems& systems, const ConstraintRows& rows) {
   const Eigen::MatrixXd gram = rows.mixing().transpose() * rows.mixing();
   const double largest = gram.diagonal().maxCoeff();

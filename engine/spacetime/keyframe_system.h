@@ -12,10 +12,10 @@
 namespace limber::spacetime {
 
 /// P with the rows of keyframes in it, P_key = K + proximal I + sum over keyframes of w S^T S at
-/// their knots. These rows are linear in z and touch one frame, so P_key keeps the band of K and is
-/// factored once for all iterates, in time linear in the number of keyframes:
+/// their knots. These rows are linear in z and touch one frame, so P_key keeps the band of K. It is
+/// factored once for all iterates, in time linear in the number of keyframes.
 ///
-///   no keyframes      P_key = P, diagonal in the modes: the factor that is there
+///   no keyframes      P_key = P, diagonal in the modes: the existing factor
 ///   S = (I, 0)^T      w I: diagonal in the modes still, one number more a frame and mode
 ///   any other S       w S^T S couples the modes of a frame: BlockSystem
 class KeyframeSystem {

@@ -18,9 +18,9 @@ inline void store_lanes(const LanePacket& packet, double* to) {
 }
 
 /// The Givens rotation of two rows that takes a column from the second: `own` becomes `length`,
-/// `other` zero. Where both are zero nothing turns, `inverse` of the length is zero and `is_zero`
-/// one. Without a branch: square roots of the standard library and comparisons would keep the
-/// compiler from vector instructions.
+/// `other` zero. If both are zero, the rotation is the identity, `inverse` (of the length) is zero
+/// and `is_zero` is one. There is no branch: square roots of the standard library and comparisons
+/// would keep the compiler from vector instructions.
 struct LaneTurn {
   LaneTurn(const LanePacket& own, const LanePacket& other) {
     constexpr double kTiny = 1e-300;  // below the square of any number that counts

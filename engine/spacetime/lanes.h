@@ -34,8 +34,8 @@ inline constexpr int kLaneWidth = 4;  // doubles of one vector operation
   return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
 }
 
-/// f(0), ..., f(kCount - 1), each with its number as a constant: inside a loop over lanes, where an
-/// inner loop would keep the compiler from making it a vector loop.
+/// f(0), ..., f(kCount - 1), each with its number as a constant. For use inside a loop over lanes:
+/// an inner loop would keep the compiler from vectorising it.
 template <int kCount, class Body>
 inline void unrolled(const Body& body) {
   [&]<int... kIndex>(std::integer_sequence<int, kIndex...>) {

@@ -11,8 +11,8 @@ namespace limber::spacetime {
 [[nodiscard]] std::vector<bool> local_frames(const ConstraintSet& constraints,
                                              const Timeline& timeline);
 
-/// Frames outside the windows of which one is no more than `width` frames away: with these held,
-/// nothing that happens in a window is felt beyond them. Those that ends hold are left out.
+/// Frames outside the windows of which one is no more than `width` frames away: with these held, a
+/// window has no effect beyond them. Those that ends hold are left out.
 /// @param width  frames of a force row, less one
 [[nodiscard]] std::vector<int> border_frames(const std::vector<bool>& local,
                                              const Timeline& timeline, int width);

@@ -105,7 +105,7 @@ ModeResponse mode_response(double stiffness, double damping, double frames_per_s
   const double slower = -std::max(one.real(), other.real());
   response.decay_per_s = slower > 0 ? slower * frames_per_second : 0;
   if (!(product > 0)) {
-    // lambda = 0: one part never comes back, what is damped is only its speed.
+    // lambda = 0: one part never comes back, only its speed is damped.
     return response;
   }
   const double natural = std::sqrt(product);

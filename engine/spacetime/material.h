@@ -7,8 +7,8 @@
 
 namespace limber::spacetime {
 
-/// What a body swings with: its dynamics, and the modes they act on as mixtures of the columns of
-/// W-hat (paper: space-time editing, eq. 18).
+/// A body's dynamics, and the modes they act on as mixtures of the columns of W-hat (paper:
+/// space-time editing, eq. 18).
 struct Material {
   ModeDynamics dynamics;   // r
   Eigen::MatrixXd mixing;  // S, R x r
@@ -32,26 +32,26 @@ struct Material {
                                   const Eigen::Ref<const Eigen::MatrixXd>& motion,
                                   Beginning beginning = Beginning::kFromRest);
 
-/// E_f as if every column of S had unit norm, row k of z scaled to match: u, frequencies and
-/// damping are the same, and energies of different S can be compared.
+/// E_f as if every column of S had unit norm, with row k of z scaled to match. Then u, frequencies
+/// and damping are the same, so energies of different S can be compared.
 [[nodiscard]] double unit_force_energy(const Material& material,
                                        const Eigen::Ref<const Eigen::MatrixXd>& motion,
                                        Beginning beginning = Beginning::kFromRest);
 
-/// Undamped frequency [1/frame] of an oscillator of this stiffness [1/frame^2]: of differences
-/// lambda = 2 - 2 cos(2 pi s), 1/2, the Nyquist frequency, from lambda = 4 on; of sampled modes
-/// lambda = (2 pi s)^2.
+/// Undamped frequency s [1/frame] of an oscillator of this stiffness [1/frame^2]. For differences
+/// lambda = 2 - 2 cos(2 pi s), and s = 1/2, the Nyquist frequency, from lambda = 4 on. For sampled
+/// modes lambda = (2 pi s)^2.
 [[nodiscard]] double frequency_of(double stiffness,
                                   Discretisation discretisation = Discretisation::kDifferences);
 /// The inverse, for 0 <= frequency, of differences <= 1/2.
 [[nodiscard]] double stiffness_of(double frequency,
                                   Discretisation discretisation = Discretisation::kDifferences);
 
-/// How a mode swings when nothing holds it. Of differences in the frames that are shown, from the
-/// roots of (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a).
-/// Of sampled modes in time: omega = sqrt(lambda), d = 2 zeta omega.
+/// Free swing of a mode. For differences it is that of the shown frames. It follows from the roots
+/// of (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, the recurrence of E_f = 0 (eq. 17a). For sampled
+/// modes it is the one in time: omega = sqrt(lambda), d = 2 zeta omega.
 struct ModeResponse {
-  double frequency_hz = 0;  // of the undamped mode; of differences at most half the frames a second
+  double frequency_hz = 0;   // undamped; with differences at most half the frames a second
   double damping_ratio = 0;  // of critical; above 1 the mode creeps back without a swing
   double decay_per_s = 0;    // of the amplitude, of its slower part above critical damping [1/s]
 };

@@ -166,7 +166,7 @@ class MaterialSolver::Impl {
   [[nodiscard]] bool settle_motion();
   [[nodiscard]] MaterialReport report(SolveStatus status, int iterations);
 
-  /// Where a solve starts, to come back to.
+  /// State at the start of a solve, to restore it.
   struct Start {
     Material material;
     ModeSystems systems;

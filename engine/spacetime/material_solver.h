@@ -22,16 +22,16 @@ struct MaterialOptions {
   double tolerance = 1e-4;
   int max_iterations = 300;  // > 0
   // Highest frequency of a mode [1/frame], in (0, 1/2]: lambda <= stiffness_of(max_frequency).
-  // Where swings of few frames are allowed, E_f is small for motions that shake: its differences
-  // have the frame as their step. Damping ratios of sampled modes have bounds, too (FitOptions).
+  // If swings of few frames are allowed, E_f is small for motions that shake, since the step of its
+  // differences is the frame. Damping ratios of sampled modes have bounds, too (FitOptions).
   double max_frequency = 1.0 / 8;
   // The first steps keep all frequencies below slow_frequency, the others below max_frequency. From
   // slow modes they reach lower energies and slower motions than from stiff ones. >= 0
   int slow_steps = 10;
   double slow_frequency = kSlowestNeeded;  // [1/frame], in (0, 1/2]
   int held = 0;  // first modes whose dynamics and columns stay: rigid unknowns of a free body
-  /// E_f does not see how far what swings freely goes. Steps to motions whose size is above `most`
-  /// and above what it was before the step are refused; without `size` none are.
+  /// E_f does not bound the size of free swings. Steps to motions whose size is above `most` and
+  /// above the size before the step are refused; without `size` none are.
   struct MotionLimit {
     std::function<double(const Eigen::MatrixXd& mixing, const Eigen::MatrixXd& motion)> size;
     double most = 0;
@@ -68,15 +68,16 @@ struct MaterialReport : ConstraintErrors {
 };
 
 /// Minimises E_f + sum gamma E_c + mu E_s over z, Lambda, D and S (paper: space-time editing, eq.
-/// 19), all within one iteration: a Gauss-Newton step in (z, S) through the constraints' rows
-/// (MaterialSpace), then the exact best (lambda_k, d_k) of each mode (fit_dynamics.h). Starts from
-/// any motion; best from the answer of a Solver with the material it starts from.
+/// 19). One iteration changes all of them. It takes a Gauss-Newton step in (z, S) through the
+/// constraints' rows (MaterialSpace), then the exact best (lambda_k, d_k) of each mode
+/// (fit_dynamics.h). Starts from any motion; best from the answer of a Solver with the material it
+/// starts from.
 ///
-/// Frequencies above the bounds of MaterialOptions are lowered to them before the first step, which
-/// raises the energy, also where S mixes soft shapes into modes that were stiff. Local minima are
-/// many: where the steps end no lower than the start, the start is the answer, as it was given,
-/// frequencies above the bounds included. Where the first ten steps gain less than the tolerance it
-/// is the answer too, so that a settled one is left as it is.
+/// Frequencies above the bounds of MaterialOptions are lowered to them before the first step. This
+/// raises the energy, also if S mixes soft shapes into modes that were stiff. Local minima are
+/// many: if the steps end no lower than the start, the start is the answer, with its frequencies
+/// above the bounds. If the first ten steps gain less than the tolerance, it is the answer too, so
+/// that a settled material is not changed.
 class MaterialSolver {
  public:
   static constexpr int kMaxRows = 2048;  // a step factors a dense matrix of this size
@@ -91,10 +92,9 @@ class MaterialSolver {
   MaterialSolver(MaterialSolver&&) noexcept;
   MaterialSolver& operator=(MaterialSolver&&) noexcept;
 
-  /// Iterates to convergence. `on_step` is called after each accepted step (motion() and
-  /// material() are valid inside, and may still be above the start: MaterialReport::below_start);
-  /// return false from it to stop with kImproved where the steps are. All other ends are at most as
-  /// high as the start.
+  /// Iterates to convergence. `on_step` is called after each accepted step. motion() and material()
+  /// are valid inside it, and may still be above the start (MaterialReport::below_start). Return
+  /// false from it to stop there with kImproved. All other ends are at most as high as the start.
   MaterialReport solve(const JobContext& job = {},
                        const std::function<bool(const MaterialReport&)>& on_step = {});
   /// Makes the next solve() take its steps from here, where an earlier one was stopped, and not

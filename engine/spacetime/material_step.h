@@ -15,7 +15,7 @@ struct MaterialStep {
   double promise = 0;      // decrease of the undamped quadratic model
 };
 
-/// Where a step is taken from.
+/// The point from which a step is taken.
 struct MaterialPoint {
   Lanes z;                 // lanes x kept
   Eigen::MatrixXd mixing;  // S, R x r
@@ -23,13 +23,12 @@ struct MaterialPoint {
 };
 
 /// Gauss-Newton steps over (z, S) together, for the price of one in z: S too is seen only through
-/// the constraints' rows, du_a = J_a (S dz_a + dS z_a). With P = K + proximal I as in
-/// ConstraintSpace, Levenberg's nu on dS and the Gauss-Newton curvature of mu E_s,
-/// N_k = nu I + 8 mu s_k s_k^T, what is left is one dense system in the multipliers:
+/// the constraints' rows, du_a = J_a (S dz_a + dS z_a). P = K + proximal I is that of
+/// ConstraintSpace. N_k = nu I + 8 mu s_k s_k^T holds Levenberg's nu on dS and the Gauss-Newton
+/// curvature of mu E_s. One dense system in the multipliers remains:
 ///   C_ab = delta_ab / w_a + sum_k [ (J_a S)_k G_k(a,b) (J_b S)_k + z_ka z_kb J_a N_k^-1 J_b^T ],
-/// for a velocity summed over its terms, each with the z of its knot.
-/// The first `held` coordinates and modes are left out of S: rigid motions of a free body stay
-/// what they are.
+/// summed for a velocity over its terms, each with the z of its knot. The first `held` coordinates
+/// and modes are left out of S, so that rigid motions of a free body do not change.
 class MaterialSpace {
  public:
   /// nu = infinity: z alone, S stays.

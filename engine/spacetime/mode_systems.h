@@ -35,7 +35,7 @@ class ModeSystems {
   }
 
   [[nodiscard]] const std::vector<int>& knots_kept() const { return kept_of_knot_; }
-  /// Of rows(): kept frames that one takes together.
+  /// Number of kept frames that one of rows() couples.
   [[nodiscard]] int width() const { return 2 * force_rows_.reach(); }
   [[nodiscard]] Shape shape() const { return frames_.is_cyclic() ? Shape::kCycle : Shape::kBand; }
 
@@ -46,7 +46,7 @@ class ModeSystems {
   [[nodiscard]] double energy(const Lanes& z) const { return half_square(rows_, z); }
   /// x <- (K + proximal I)^-1 x.
   void solve(Lanes& x) const { factor_.solve(x); }
-  /// Blocks of (K + proximal I)^-1 between the knots, found when first asked for.
+  /// Blocks of (K + proximal I)^-1 between the knots, computed on first use.
   [[nodiscard]] const GreenBlocks& green() const;
   /// green() at one knot and itself, without all the others: lanes.
   void response(int knot, Eigen::VectorXd& own) const;

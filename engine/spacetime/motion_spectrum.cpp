@@ -14,10 +14,10 @@
 namespace limber::spacetime {
 namespace {
 
-/// Bins above a quarter of a cycle a frame, weighted so that their squares are part of the sum of
-/// squares of the signal (Parseval), of a real signal x of L frames. Cosines are the same n frames
-/// from either end of the segment and sines opposite: they are applied to x_n + x_{L-n} and x_n -
-/// x_{L-n}.
+/// Bins above a quarter of a cycle a frame of a real signal x of L frames. They are weighted so
+/// that their squares are part of the signal's sum of squares (Parseval). Cosines are the same n
+/// frames from either end of the segment and sines opposite: they are applied to x_n + x_{L-n} and
+/// x_n - x_{L-n}.
 class HighBins {
  public:
   explicit HighBins(int length) : pairs_((length - 1) / 2), has_middle_(length % 2 == 0) {

@@ -5,10 +5,10 @@
 namespace limber::spacetime {
 namespace {
 
-/// Of the curvature's norm: the first shift, and the one below which it is dropped.
+/// The first shift, and the one below which it is dropped, relative to the curvature's norm.
 constexpr double kSmallestShift = 1e-4;
-constexpr double kLargestShift = 1e3;  // of the curvature's norm: beyond, the model is given up
-constexpr double kCutShort = 0.1;      // of a step: less is a step that is cut short
+constexpr double kLargestShift = 1e3;  // of the curvature's norm; above, the model is given up
+constexpr double kCutShort = 0.1;      // share of a step; a smaller share is a cut step
 constexpr int kCutsAllowed = 2;        // cut steps before the method changes
 constexpr int kShortenedAllowed = 20;  // shortened steps before the method changes
 

@@ -2,11 +2,11 @@
 
 namespace limber::spacetime {
 
-/// What a Newton system H = H_GN - part * curvature + shift I needs to be positive definite and to
-/// give steps that the merit accepts. Two methods, since each fails where the other does well:
+/// Keeps a Newton system H = H_GN - part * curvature + shift I positive definite, with steps that
+/// the merit accepts. There are two methods, since each fails where the other does well:
 ///
-/// kShift bounds the length of the step at the knots (Levenberg's trust region); a long
-/// path along a straight valley takes many of its steps.
+/// kShift bounds the length of the step at the knots (Levenberg's trust region). A long path along
+/// a straight valley takes many of its steps.
 /// kPart takes as much of the curvature as leaves H definite; the line search does the rest. An H
 /// close to singular gives steps of any length that are then cut to a thousandth.
 ///
@@ -14,14 +14,14 @@ namespace limber::spacetime {
 class NewtonGuard {
  public:
   void reset() { *this = {}; }
-  /// @param norm  of the largest knot's curvature block: what shifts are measured by
+  /// @param norm  of the largest knot's curvature block: the unit of shifts
   void set_curvature(double norm);
 
   [[nodiscard]] double part() const { return part_; }    // [0, 1]
   [[nodiscard]] double shift() const { return shift_; }  // >= 0
-  /// Whether H is the full model as it is.
+  /// Whether H is the unchanged full model.
   [[nodiscard]] bool idle() const { return part_ == 1 && shift_ == 0; }
-  /// H was not positive definite. @returns false when there is nothing left to try.
+  /// H was not positive definite. @returns false when no option is left.
   [[nodiscard]] bool strengthen();
   /// After a step with this H.
   /// @param gain   decrease over what the model promised; 0 if the step was refused

@@ -16,14 +16,14 @@ struct Step {
   double decrement2 = 0;  // d^T (K + J^T W J) d: twice the decrease the quadratic model promises
 };
 
-/// Gauss-Newton steps through the constraints' rows (see NOTATION.md): with P = K + proximal I,
+/// Gauss-Newton steps through the constraints' rows (see NOTATION.md). With P = K + proximal I:
 ///   | P  -J^T  | | d |   | r |
 ///   | J   W^-1 | | m | = | c |
 /// Rows of keyframes are eliminated into P (KeyframeSystem); of those of positions and velocities
 ///   C = W^-1 + J P_key^-1 J^T
-/// remains. One dense factor of the number of these; it serves any right-hand side until J, W or
-/// the knots change. Where there are many rows in many frames (a hold, a path), m is eliminated
-/// instead: P + J^T W J in blocks along time, whose cost is linear in frames.
+/// remains. It has one dense factor, of the size of their number, for any right-hand side until J,
+/// W or the knots change. For many rows in many frames (a hold, a path), m is eliminated instead: P
+/// + J^T W J in blocks along time, whose cost is linear in frames.
 class ConstraintSpace {
  public:
   enum class Form { kRows, kFrames };
@@ -55,7 +55,7 @@ class ConstraintSpace {
   void step(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
             const Eigen::VectorXd& residual, double tolerance, Step& step);
 
-  /// One back substitution: as step(), but with the Jacobians of the factor and nothing taken out
+  /// One back substitution: as step(), but with the Jacobians of the factor and without corrections
   /// afterwards.
   void quick_step(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
                   const Eigen::VectorXd& residual, Step& step);

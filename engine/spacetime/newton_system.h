@@ -12,7 +12,7 @@
 
 namespace limber::spacetime {
 
-/// The full second-order model at the kept frames,
+/// The full second-order model at the kept frames:
 ///   H = K + proximal I + blocks at the knots of (J^T W J - theta sum_a m_a d2 u_a / dz2 + shift
 ///   I), and blocks of J^T W J between the two knots of a velocity.
 class NewtonSystem {

@@ -198,9 +198,9 @@ Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian j
     if (is_full) {
       has_jacobian = value <= start - 0.25 * step.decrement2;
       if (has_jacobian) return StepVerdict::accept();
-      // Where heavy constraints bend, a straight step leaves their valley and the merit forbids it:
-      // what the rows did that J d did not foresee is taken back (second-order correction, Nocedal
-      // and Wright 2006, sec. 18.3).
+      // If heavy constraints bend, a straight step leaves their valley and the merit forbids it.
+      // The change of the rows beyond J d is taken back (second-order correction, Nocedal and
+      // Wright 2006, sec. 18.3).
       reached = correct_for_curvature(step, value);
     }
     return decrease.accepts(part, reached) ? StepVerdict::accept()

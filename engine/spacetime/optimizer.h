@@ -59,7 +59,7 @@ class Optimizer {
   enum class Curvature { kOwn, kLent };  // of this iterate, or still of an earlier one
   enum class StepKind { kGaussNewton, kNewton, kTruncated };
   enum class Outcome { kMoved, kAgain, kConverged, kStalled };
-  /// What one run of the iteration remembers from step to step.
+  /// State of one run of the iteration from step to step.
   struct Course {
     double gradient = 0, previous = 0;  // scaled decrement now; decrement of the step before
     double exact_before = 0;            // largest error of an exact row before the last full step
@@ -67,7 +67,7 @@ class Optimizer {
     bool newton = false, ramped = false;
   };
 
-  /// z_ <- of a motion, without what is passive of it.
+  /// z_ <- the z of a motion, minus its passive part.
   void take_up(const Eigen::MatrixXd& motion);
   /// knots_z_ <- the whole motion at the knots.
   void gather_knots(const Lanes& z) const;
@@ -115,8 +115,8 @@ class Optimizer {
   [[nodiscard]] double find_trial();
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
 
-  /// Ends with kImproved where the kinematics throws Error{kCancelled}: what is kept is of the last
-  /// accepted iterate then, as after on_improved.
+  /// Ends with kImproved if the kinematics throws Error{kCancelled}. The state is then that of the
+  /// last accepted iterate, as after on_improved.
   SolveReport iterate(const JobContext& job,
                       const std::function<bool(const SolveReport&)>& on_improved);
   /// A step from where linearise() left off, on the ramp or behind it.
@@ -128,14 +128,14 @@ class Optimizer {
   /// step_ with all of what exact rows are off by.
   void meet_exact();
   void give_back_multipliers();
-  /// A cold start beside the present answer; the better of the two stays (see NOTATION.md).
+  /// A cold start in addition to the present answer; the better of the two stays (see NOTATION.md).
   /// `on_improved` hears of the present answer meanwhile and may stop it.
   SolveReport challenge(const JobContext& job,
                         const std::function<bool(const SolveReport&)>& on_improved,
                         SolveReport answer);
 
   [[nodiscard]] SolveReport report(SolveStatus status, int iterations, double gradient) const;
-  /// Of an iteration that was left half done: without energies where those of z_ are not known.
+  /// The report of an unfinished iteration: without energies if those of z_ are unknown.
   [[nodiscard]] SolveReport report_given_up(int iterations, double gradient) const;
   void say_rank(SolveReport& report) const;
   /// Whether no step can lower the exact rows' errors further to first order: all that is left is
@@ -143,8 +143,8 @@ class Optimizer {
   [[nodiscard]] bool only_contradiction_left() const;
 
   static constexpr double kExactWeightStart = 1e4;  // first penalty of exact constraints
-  /// A target this far (body lengths) from where it was when the answer was last challenged may
-  /// have led the motion into the valley of a worse minimum.
+  /// If a target has moved this far (body lengths) since the last challenge, the motion may be in
+  /// the valley of a worse minimum.
   static constexpr double kFarTravel = 0.1;
   /// .. a velocity's by the distance that it makes in so many frames.
   static constexpr double kTravelFrames = 10;
@@ -171,10 +171,10 @@ class Optimizer {
       multiplier_before_;  // the last of exact rows that meet_exact() has changed; empty: none
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
-  /// The answer may lie in the valley of a worse minimum: the set of constraints, ends or dynamics
-  /// changed, a target has come far, or a challenge was stopped.
+  /// The answer may be in the valley of a worse minimum: the set of constraints, ends or dynamics
+  /// changed, a target has moved far, or a challenge was stopped.
   bool needs_check_ = false;
-  bool from_rest_ = false;  // the ramp began at z = 0 with the constraints that are there now
+  bool from_rest_ = false;  // the ramp began at z = 0 with the present constraints
   std::map<ConstraintId, Eigen::Vector3d> origins_;  // of targets moved since the last challenge
   double settled_energy_ = 0;                        // of the last answer
   std::shared_ptr<Optimizer> challenger_;  // where the last challenge was stopped; null after edits

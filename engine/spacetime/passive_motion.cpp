@@ -13,7 +13,7 @@
 namespace limber::spacetime {
 namespace {
 
-/// Of the step; what it leaves is taken out by further ones.
+/// The step's proximal term; further steps remove its effect.
 constexpr double kPassiveProximal = 1e-10;
 constexpr int kPassiveSteps = 4;
 

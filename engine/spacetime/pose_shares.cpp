@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Index;
 
-/// Of one mode that no place on the body depends on.
+/// Kinematics of one mode that moves no place on the body.
 class NoSites final : public reduced::Kinematics {
  public:
   [[nodiscard]] int coordinate_count() const override { return 1; }

@@ -8,17 +8,18 @@
 
 namespace limber::spacetime {
 
-/// Where a recovery of all variables begins; the others have S = (I; 0) and begin as the paper's.
+/// The start of a recovery of all variables; other recoveries have S = (I; 0) and the paper's
+/// start.
 enum class RecoveryStart {
-  /// S: principal components of the motion (left singular vectors), in the modes of the coupled
-  /// oscillator that explains the motion best there, or as they are, whichever begins at the lower
-  /// energy. Lambda and D are those that need least force for them. The recovery from kSpectrum is
-  /// taken instead where it ends lower by 1 %; nearer than that, where its modes swing more freely.
+  /// S: principal components of the motion (left singular vectors). They are unchanged, or in the
+  /// modes of the coupled oscillator that explains the motion best there; the start of lower energy
+  /// is taken. Lambda and D are those that need least force for them. The recovery from kSpectrum
+  /// is taken instead if it ends lower by 1 %; within 1 %, if its modes swing more freely.
   kPrincipalComponents,
-  /// The paper's (section 6.3): S = (I; 0), D = 0, Lambda the eigenvalues, scaled so that the mode
-  /// with most energy in its spectrum swings with the frequency that is strongest there. As
-  /// printed, the maximum is over all frequencies, the mean of the motion included, which would
-  /// make Lambda = 0 for a body that swings about a bent pose: here the mean does not count.
+  /// The paper's (section 6.3): S = (I; 0), D = 0, Lambda the eigenvalues. They are scaled so that
+  /// the mode with most energy in its spectrum swings with the frequency that is strongest there.
+  /// In the paper the maximum includes the mean of the motion, which would make Lambda = 0 for a
+  /// body that swings about a bent pose. Here the mean does not count.
   kSpectrum,
 };
 
@@ -28,11 +29,11 @@ struct RecoveryOptions {
   RecoveryStart start = RecoveryStart::kPrincipalComponents;
   double weight = 1;            // gamma of E_c^RS, in [1e-12, 1e12]
   double column_weight = 1e-8;  // mu of E_s, in [1e-30, 1e12]
-  /// Of the first frames, >= 0: forces are known to act in them (someone pushes), so that forces
-  /// there do not count. 0 is the paper's E_f.
+  /// Number of first frames, >= 0, in which forces are known to act (someone pushes), so that
+  /// forces there do not count. 0 is the paper's E_f.
   int driven_frames = 0;
-  /// Of E_f, and of the dynamics that are found (ModeDynamics). With sampled modes recovered lambda
-  /// and damping ratios have the bounds of FitOptions.
+  /// The form of E_f and of the recovered dynamics (ModeDynamics). With sampled modes recovered
+  /// lambda and damping ratios have the bounds of FitOptions.
   Discretisation discretisation = Discretisation::kDifferences;
   double smoothing = 0;     // tau [frames], in [0, 1e6]
   double tolerance = 1e-6;  // a step that gains less of the energy is the last, in (0, 1)
@@ -62,15 +63,15 @@ struct RecoveryReport {
   RecoveryStatus status = RecoveryStatus::kStepLimit;
   int steps = 0;
   RecoveryEnergies start, energies;
-  std::string message;  // what the user should know; empty if nothing
+  std::string message;  // a note for the user; empty if none
 };
 
 struct Recovery {
   RecoveredMotion motion;
-  /// The free swing that each mode's motion is nearest to, with its stiffness and damping: least
-  /// force biases Lambda and D where other frequencies are in the motion, as they are where a body
-  /// moves far. Modes of which a swing does not explain half have the dynamics of `motion`; frames
-  /// that are driven are those of `motion`. With kMotion: as `motion`.
+  /// The free swing that each mode's motion is nearest to, with its stiffness and damping. Least
+  /// force biases Lambda and D if the motion contains other frequencies, as in a body that moves
+  /// far. Modes of which a swing does not explain half have the dynamics of `motion`; frames that
+  /// are driven are those of `motion`. With kMotion: as `motion`.
   RecoveredMotion swings;
   RecoveryReport report;
 };
@@ -93,8 +94,8 @@ struct Recovery {
 
 struct Continuation {
   Eigen::MatrixXd z;  // r x frames
-  /// Modes whose recurrence would explode (differences with lambda > 4 + 2 d): three quarters of
-  /// that was taken for their lambda, where the swing of two frames does not grow.
+  /// Number of modes whose recurrence would explode (differences with lambda > 4 + 2 d). Their
+  /// lambda is set to three quarters of this limit, where the swing of two frames does not grow.
   int bounded_modes = 0;
 };
 
@@ -103,8 +104,8 @@ struct Continuation {
 /// @throws Error{kInvalidArgument} naming `frames` (>= 0) or `motion` (fewer than 2 frames)
 [[nodiscard]] Continuation continue_freely(const RecoveredMotion& motion, int frames);
 
-/// The same of the swings. What the motion has beside them in its last two frames continues with
-/// their stiffness and damping and fades within one swing.
+/// The same of the swings. The rest of the motion in its last two frames continues with their
+/// stiffness and damping and fades within one swing.
 [[nodiscard]] Continuation continue_freely(const Recovery& recovery, int frames);
 
 }  // namespace limber::spacetime

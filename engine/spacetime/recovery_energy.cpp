@@ -126,9 +126,9 @@ void RecoveryEnergy::balance(RecoveredMotion& at) const {
   for (Eigen::Index k = 0; k < at.z.rows(); ++k) {
     const double square = at.mixing.col(k).squaredNorm();
     if (square < 1e-200) continue;
-    // With the column's squared length tau, and E the mode's force energy where it is 1:
-    // E / tau + mu (tau - 1)^2, stationary at tau^2 (tau - 1) = E / (2 mu), convex from 1 on;
-    // Newton from above.
+    // tau is the column's squared length, E the mode's force energy at tau = 1. The function is E /
+    // tau + mu (tau - 1)^2, stationary at tau^2 (tau - 1) = E / (2 mu), convex from 1 on. Newton
+    // from above.
     const double at_one = 0.5 * force(rows, at.z, k).squaredNorm() * square;
     const double cubic_value = at_one / (2 * column_weight_);
     double tau = 1 + std::cbrt(cubic_value);

@@ -24,11 +24,11 @@ class RecoveryEnergy {
   /// d E / d S, R x r.
   [[nodiscard]] Eigen::MatrixXd gradient_of_mixing(const RecoveredMotion& at) const;
 
-  /// The second derivative by z, unknown r * frame + mode, and a proximal term of 1e-10 of the
-  /// constraints' (about the current motion: only the path depends on it) where S is deficient.
+  /// The second derivative by z, unknown r * frame + mode. If S is deficient, it has a proximal
+  /// term of 1e-10 of the constraints' (about the current motion: only the path depends on it).
   [[nodiscard]] BandedCholesky factor_motion(const RecoveredMotion& at) const;
 
-  /// z <- arg min, the rest as it is.
+  /// z <- arg min, the rest unchanged.
   void fit_motion(RecoveredMotion& at) const;
   /// Lambda, D <- arg min.
   void fit_dynamics(RecoveredMotion& at) const;
@@ -36,7 +36,7 @@ class RecoveryEnergy {
   void balance(RecoveredMotion& at) const;
 
  private:
-  /// Of the frames that count, as of a time line of their own.
+  /// The rows over the frames that count, as if these were the whole time line.
   [[nodiscard]] ForceRows rows_of(const RecoveredMotion& at) const;
   /// A_k z_k over the frames that count.
   [[nodiscard]] Eigen::RowVectorXd force(const ForceRows& rows, const Eigen::MatrixXd& z,

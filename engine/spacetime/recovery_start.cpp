@@ -19,7 +19,7 @@ struct Spectrum {
   double frequency = 0;  // of the strongest part [rad/frame]
 };
 
-/// Of one mode, without its mean.
+/// The spectrum of one mode, without its mean.
 Spectrum spectrum_of(const Eigen::RowVectorXd& z) {
   const auto frames = static_cast<std::size_t>(z.size());
   const double mean = z.mean();
@@ -102,7 +102,7 @@ std::optional<RecoveredMotion> separated_start(const Eigen::MatrixXd& target, in
   if (eigen.info() != Eigen::Success) return std::nullopt;
   Eigen::MatrixXd basis(modes, modes);
   for (Eigen::Index k = 0; k < modes; ++k) {
-    // Of a complex pair its plane.
+    // A complex pair gives its plane.
     const bool is_second = k > 0 && eigen.eigenvalues()[k].imag() < 0;
     if (is_second) {
       basis.col(k) = eigen.eigenvectors().col(k).imag();

@@ -14,8 +14,8 @@ namespace limber::spacetime {
 /// S: principal components of the motion; z = S^T z-bar, Lambda and D are zero.
 [[nodiscard]] RecoveredMotion principal_start(const Eigen::MatrixXd& target, int modes);
 
-/// The linear oscillator z_(i+1) - 2 z_i + z_(i-1) = -A z_i - B (z_(i+1) - z_i) with dense A and B
-/// that explains a motion best in the sense of least squares.
+/// The least-squares fit of a linear oscillator with dense A and B to a motion: z_(i+1) - 2 z_i +
+/// z_(i-1) = -A z_i - B (z_(i+1) - z_i).
 struct CoupledOscillator {
   Eigen::MatrixXd stiffness, damping;  // A, B, r x r [1/frame^2], [1/frame]
   double force = 0;                    // half the sum of squares that is left

@@ -16,8 +16,8 @@ constexpr double kDependent = 1e-10;             // of columns of S
 constexpr double kTiny = 1e-13;                // of a diagonal, keeps unknowns without effect still
 constexpr Eigen::Index kMaxCoupledModes = 32;  // modes; beyond, z and S take turns
 
-/// Columns of length zero are no use to anything but E_s, whose gradient there is zero: they get
-/// what is missing most, or any direction where nothing is missing.
+/// Columns of length zero affect only E_s, whose gradient there is zero. They get the direction of
+/// the largest residual, or any direction if there is no residual.
 void revive_columns(const RecoveryEnergy& energy, RecoveredMotion& at) {
   for (Eigen::Index k = 0; k < at.mixing.cols(); ++k) {
     if (at.mixing.col(k).squaredNorm() > 1e-200) continue;
@@ -37,8 +37,8 @@ Eigen::MatrixXd range_of(const Eigen::MatrixXd& mixing) {
   return orthonormal_range(mixing, kDependent);
 }
 
-/// Rows l * r + k: sum over frames i of z_ki times row l of G E_i, E_i the rows of frame i: the
-/// cross terms' transpose times E without their dense form, r times cheaper.
+/// Rows l * r + k: sum over frames i of z_ki times row l of G E_i, E_i the rows of frame i. This is
+/// the cross terms' transpose times E without their dense form, r times cheaper.
 Eigen::MatrixXd crossed(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& z,
                         const BandedCholesky::Columns& columns) {
   const Eigen::Index r = z.rows(), frames = z.cols(), width = columns.cols();
@@ -71,9 +71,9 @@ BandedCholesky::Columns cross_terms(const Eigen::MatrixXd& gram, const Eigen::Ma
 
 }  // namespace
 
-/// The Gauss-Newton model at a point. S moves by S C + P, P orthogonal to the columns of S: to
-/// first order the residuals of P have nothing to do with those of z and C, so that only C is
-/// coupled with z, which is eliminated.
+/// The Gauss-Newton model at a point. S moves by S C + P, P orthogonal to the columns of S. To
+/// first order the residuals of P are independent of those of z and C. Therefore only C is coupled
+/// with z, which is eliminated.
 struct RecoveryStep::Model {
   Model(const RecoveryEnergy& energy, const RecoveredMotion& at, const JobContext& job)
       : gram(at.mixing.transpose() * at.mixing),

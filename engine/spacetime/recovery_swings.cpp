@@ -21,14 +21,14 @@ namespace {
 using Pole = std::complex<double>;  // z_i = Re(c pole^i)
 
 constexpr Eigen::Index kMaxPoles = 8, kFramesPerPole = 6, kMaxLags = 32;
-/// Of a motion: more than this is not left by a mode that swings by itself.
+/// Share of a motion: a mode that swings by itself leaves at most this residual.
 constexpr double kMaxSingleResidual = 0.2;
-/// Where a swing leaves more, the dynamics that were given are no worse.
+/// If a swing leaves more, the given dynamics are no worse.
 constexpr double kMaxSwingResidual = 0.5;
 /// A swing may leave this much more than the one nearest to the motion, which takes in some of
 /// what other frequencies do.
 constexpr double kMaxExcess = 2;
-/// Several swings explain a motion where they leave this share of what one leaves.
+/// Several swings explain a motion if their residual is below this share of one swing's residual.
 constexpr double kFarBetter = 0.5;
 constexpr double kVisible = 0.1;          // of the displacements
 constexpr double kRankTolerance = 1e-12;  // of squared singular values
@@ -52,7 +52,7 @@ class Poles {
     subspace_ = eigen.eigenvectors().rowwise().reverse();
   }
 
-  /// Those that grow are taken for steady ones. Of each complex pair the upper one.
+  /// Growing poles count as steady ones. Each complex pair is given by its upper pole.
   /// @returns nothing where the motion has fewer
   [[nodiscard]] std::vector<Pole> of(Eigen::Index count) const {
     if (count > lags_ || !(squares_[count - 1] > kRankTolerance * squares_[0])) return {};
@@ -75,7 +75,7 @@ class Poles {
   Eigen::MatrixXd subspace_;
 };
 
-/// Of differences (1 + d) x^2 - (2 + d - lambda) x + 1 = 0; of sampled modes x = e^(-s), lambda =
+/// For differences (1 + d) x^2 - (2 + d - lambda) x + 1 = 0; for sampled modes x = e^(-s), lambda =
 /// |s|^2, d = 2 Re s.
 ModeFit dynamics_of(const Pole& pole, Discretisation discretisation) {
   if (discretisation == Discretisation::kSampled) {

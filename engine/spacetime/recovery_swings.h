@@ -12,8 +12,8 @@ namespace limber::spacetime {
 ///
 /// Fitted to displacements of all frames and not to forces: those of fit_mode() are differences of
 /// neighbouring frames, which other frequencies in the motion bias. A body that moves far forces
-/// its modes with sums and differences of their frequencies; they are fitted beside the swing and
-/// left out of it. Poles by the method of Roy and Kailath, "ESPRIT - estimation of signal
+/// its modes with sums and differences of their frequencies; they are fitted together with the
+/// swing and left out of it. Poles by the method of Roy and Kailath, "ESPRIT - estimation of signal
 /// parameters via rotational invariance techniques", IEEE Trans. ASSP 37 (1989), of up to four
 /// swings; the largest is the mode's.
 struct ModeSwing {
@@ -37,7 +37,7 @@ struct ModeSwing {
 [[nodiscard]] RecoveredMotion swinging(const RecoveredMotion& motion,
                                        const std::vector<ModeSwing>& swings);
 
-/// What free motion of each mode leaves of S z, as if modes were orthogonal.
+/// The part of S z that free motion of each mode does not explain, as if modes were orthogonal.
 /// @param eigenvalues  R: displacements by coordinate k go with eigenvalue_k^(-1/2)
 /// (reduced::ScaledModes)
 /// @returns the share of displacements

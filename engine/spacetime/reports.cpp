@@ -11,15 +11,15 @@ namespace limber::spacetime {
 namespace {
 
 /// Exact rows that may depend on each other: those of one frame, and of frames that the rows of
-/// velocities among them tie together. No z is excluded, only costly, so frames that nothing ties
+/// velocities among them tie together. No z is excluded, only costly, so frames that no row couples
 /// never do.
 struct TiedRows {
   std::vector<int> rows;       // ascending
   Eigen::MatrixXd transposed;  // J^T of these over the z of their knots
 };
 
-/// A pivoted QR of m x n takes about 2 m n^2 operations, which nothing interrupts: where velocities
-/// tie more than so many together (0.3 s), dependence is not looked for.
+/// A pivoted QR of m x n takes about 2 m n^2 operations and cannot be interrupted. If a group of
+/// rows that velocities couple needs more than this (0.3 s), its dependence is not checked.
 constexpr double kMaxOperations = 2e8;
 
 struct TiedGroups {

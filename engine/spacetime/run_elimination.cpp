@@ -8,14 +8,14 @@
 namespace limber::spacetime {
 namespace {
 
-/// A free end lets a mode run on without force; where that multiplies the motion by more than
-/// e^kExplosive over the run (lambda > 4, where the time step is too long for the mode, or damping
-/// read backwards) the optimum of (17a) is a motion that nobody meant, in the end one beyond double
-/// precision: the run's last frames are held at zero for that mode.
+/// A free end lets a mode continue without force. This may multiply the motion by more than
+/// e^kExplosive over the run: if lambda > 4 (the time step is too long for the mode), or with
+/// damping read backwards. The optimum of (17a) is then a useless motion, finally one beyond double
+/// precision. Therefore the run's last frames are held at zero for that mode.
 constexpr double kExplosive = 1.3862943611198906;  // log 4
 
 /// Takes frame j out of the carried rows, kLaneWidth lanes, by the row that begins with it. Carried
-/// rows are over (l1 .. lm, j .. j + m - 1), afterwards over (l1 .. lm, j + 1 .. j + m); row p is
+/// rows are over (l1 .. lm, j .. j + m - 1), afterwards over (l1 .. lm, j + 1 .. j + m). Row p is
 /// zero behind its (p + 1)th frame of the run.
 /// @param fresh  m + 1 numbers of the row that begins with j; @param is_row  1 or 0: there is none
 /// @param carried, recovered  m rows of 2 m numbers; e1 .. em f1 .. fm; each `stride` apart
@@ -56,8 +56,8 @@ inline void take_out_frame(const LanePacket (&fresh)[kReach + 1], double is_row,
     kept[kReach - 1][c] = -turn.sine * own[c];
     kept[kReach - 1][kReach + c] = turn.cosine * fresh[kBehind] - turn.sine * own[kReach + kBehind];
   });
-  // A frame held at zero at the last end leaves nothing to eliminate and brings no row: what the
-  // carried rows say of the frames before the run stays a cost.
+  // A frame held at zero at the last end needs no elimination and brings no row. The part of the
+  // carried rows in the frames before the run stays a cost.
   const LanePacket stays = (1 - is_row) * turn.is_zero, goes = 1 - stays;
   unrolled<kReach>([&](auto p) {
     unrolled<kReach + p + 1>([&](auto c) {
@@ -104,7 +104,7 @@ RunElimination::RunElimination(ForceRows rows, const FreeFrames& frames)
     const FreeGrowth growth = rows_.growth(static_cast<int>(k));
     forward_[0][k] = growth.larger;
     forward_[1][k] = growth.smaller;
-    // Read backwards damping lets modes grow, unless what they begin with has its cost.
+    // Read backwards, damping lets modes grow, unless their first frames have a cost.
     backward_[0][k] = rows_.begins_from_rest() ? 0 : -growth.smaller;
     backward_[1][k] = rows_.begins_from_rest() ? 0 : -growth.larger;
   }

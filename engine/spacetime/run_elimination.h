@@ -10,7 +10,7 @@
 
 namespace limber::spacetime {
 
-/// How many frames an end condition holds; nothing for a number that is none.
+/// How many frames an end condition holds; empty for a number that is not an end condition.
 [[nodiscard]] std::optional<int> pinned_frames(EndCondition end);
 
 /// Which frames are unknowns: those the end conditions leave, first() .. last().
@@ -25,7 +25,7 @@ class FreeFrames {
     return is_cyclic_ || (frame >= first_ && frame <= last_);
   }
   [[nodiscard]] bool is_cyclic() const { return is_cyclic_; }
-  /// Of a cycle the same frame in [0, N).
+  /// In a cycle, the same frame in [0, N).
   [[nodiscard]] int within(int frame) const {
     return is_cyclic_ ? (frame % frame_count_ + frame_count_) % frame_count_ : frame;
   }
@@ -35,27 +35,27 @@ class FreeFrames {
   bool is_cyclic_;
 };
 
-/// Frames first .. last that nothing constrains. Their z follow from the frames around them; they
-/// are eliminated. Over the seam of a cycle frames count on from N.
+/// Unconstrained frames first .. last. Their z follow from the frames around them; they are
+/// eliminated. Over the seam of a cycle frames count on from N.
 struct Run {
   int first, last;
 };
 
-/// What an eliminated run costs: with m = ForceRows::reach(), m rows over (l1 .. lm, r1 .. rm), the
-/// frames before and behind it: min over the run of sum_i |row_i z|^2 = sum_p |row p|^2.
+/// The cost of an eliminated run: m = ForceRows::reach() rows over (l1 .. lm, r1 .. rm), the frames
+/// before and behind it. The min over the run of sum_i |row_i z|^2 = sum_p |row p|^2.
 struct RunCost {
   Lanes rows;  // lanes x (m * 2 m): 2 m coefficients of row 0, then those of the next
 };
 
-/// Eliminates runs by Givens rotations of the force rows. That is an orthogonal reduction: nothing
-/// is ever squared, so a mode with lambda = 0 loses N^2, not N^4. It gives the frames of a run back
-/// from the frames around it:
+/// Eliminates runs by Givens rotations of the force rows. That is an orthogonal reduction without
+/// squared matrices, so a mode with lambda = 0 loses N^2, not N^4. It gives the frames of a run
+/// back from the frames around it:
 ///   z_j = e1 z_(j+1) + .. + em z_(j+m) + f1 z_(l1) + .. + fm z_(lm).
 class RunElimination {
  public:
   RunElimination(ForceRows rows, const FreeFrames& frames);
 
-  /// Eliminates and remembers the run. Depends on nothing but dynamics, ends and the run itself.
+  /// Eliminates and remembers the run. Depends only on dynamics, ends and the run itself.
   [[nodiscard]] RunCost eliminate(Run run);
 
   /// Fills z (modes x frames, its columns around the run valid) in an eliminated run.

@@ -168,10 +168,11 @@ void SolverOptions::validate() const {
 /// Border frames of windows are keyframes of the optimiser, of numbers that no caller has.
 constexpr ConstraintId kBorder = ConstraintId{1} << 63U;
 
-/// Edits are cheap notes here; the optimiser hears of them when the next answer is asked for.
+/// Edits are cheap notes here; the optimiser gets them when the next answer is requested.
 ///
-/// Where constraints have a reach there is a second one, `base_`, of all others alone. Its motion
-/// holds outside their windows: as it is, and for the optimiser as exact keyframes at the borders.
+/// If constraints have a reach, there is a second solver, `base_`, of all other constraints. Its
+/// motion holds outside their windows: unchanged, and for the optimiser as exact keyframes at the
+/// borders.
 class Solver::Impl {
  public:
   Impl(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,

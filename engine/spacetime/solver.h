@@ -34,8 +34,8 @@ struct SolverOptions {
   void validate() const;
 };
 
-/// What a solve did and how good the current motion is. Energies are unitless (body lengths,
-/// frames).
+/// The course of a solve and the quality of the current motion. Energies are unitless (body
+/// lengths, frames).
 struct SolveReport : ConstraintErrors {
   SolveStatus status = SolveStatus::kImproved;
   int iterations = 0;
@@ -47,14 +47,14 @@ struct SolveReport : ConstraintErrors {
   bool rank_deficient =
       false;  // exact constraints depend on or contradict each other: least-squares answer
   int dependent_rows = 0;
-  /// Constraints on positions that the end of a solve misses: soft ones by more than half the
-  /// body's length, exact ones by more than a thousandth of it; the worst first. Empty on the way.
+  /// Constraints on positions that the final result misses: soft ones by more than half the body's
+  /// length, exact ones by more than a thousandth of it. The worst is first. Empty during a solve.
   std::vector<ConstraintMiss> missed;
   std::string message;  // one sentence for a person when status is not kConverged or rank_deficient
 };
 
-/// What a motion is that a solver takes up: an answer to this very problem, which needs no
-/// challenge by a cold start, or just somewhere to begin.
+/// Kind of a motion given to a solver: an answer to this very problem, which needs no challenge by
+/// a cold start, or just a starting point.
 enum class Known { kAnswer, kGuess };
 
 /// Keeps the optimum of E_f + sum gamma E_c over z warm while constraints change (z only: Lambda,
@@ -82,9 +82,9 @@ class Solver {
   void remove_keyframe(ConstraintId id);                      // kNotFound
   void set_timeline(EndCondition first, EndCondition last);
   void set_dynamics(ModeDynamics dynamics);
-  /// What accelerates the modes, as an animated base does (passive_motion()): E_f counts the
-  /// control forces beside it. Without constraints the motion is the passive one. Of the modes that
-  /// are there, also after others are set. @param load  r x N [1/frame^2]; empty: none
+  /// Acceleration of the modes, for example by an animated base (passive_motion()): E_f counts only
+  /// the control forces. Without constraints the motion is the passive one. It applies to the
+  /// current modes, also after others are set. @param load  r x N [1/frame^2]; empty: none
   void set_load(const Eigen::MatrixXd& load);  // kInvalidArgument
   /// Other dynamics and other modes at once, of the same number: the present z is kept, with
   /// a new meaning in them. mixing empty: the first r coordinates. Errors as the constructor's.
@@ -101,8 +101,8 @@ class Solver {
   /// Takes up another motion, r x N: what motion() was, to return to it. Zero where an end
   /// condition holds it. @throws Error{kInvalidArgument} for another shape or non-finite values
   void warm_start(const Eigen::MatrixXd& motion, Known known);
-  /// Whether the end of a solve of this problem is better than the end of another: exact
-  /// constraints first, then energy; what has not converged must be clearly lower.
+  /// Whether the result of one solve of this problem is better than that of another: exact
+  /// constraints first, then energy. A result that has not converged must be clearly lower.
   [[nodiscard]] bool prefers(const SolveReport& report, const SolveReport& other) const;
 
   /// The first corrected motion: where only targets changed, one back substitution at the kept

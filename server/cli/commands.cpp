@@ -112,9 +112,9 @@ void add_sockets(CLI::App& app, CommandLine& line) {
 /// A thousand years [days].
 constexpr double kMostRetainDays = 365'000;
 
-/// What CLI11 makes of an option that is given without its value.
+/// The value that CLI11 gives to an option without one.
 constexpr const char* kNoValue = "true";
-/// Of a file: `web = false`.
+/// In a file: `web = false`.
 constexpr const char* kNotServed = "false";
 
 void add_web(CLI::App& app, CommandLine& line) {
@@ -354,7 +354,7 @@ int report(const std::string& program, const std::exception& fault) {
   return 1;
 }
 
-/// The options and commands of limberd, and what was given of them.
+/// The options and commands of limberd, with their given values.
 class Front {
  public:
   Front(const std::string& program, const MakeKinds& make_kinds)
@@ -402,8 +402,7 @@ int check_options(Front& front) {
 }  // namespace
 
 int run(int argc, char** argv, const MakeKinds& make_kinds) {
-  google::protobuf::SetLogHandler(
-      nullptr);  // what is wrong with a message is reported to its sender
+  google::protobuf::SetLogHandler(nullptr);  // an error in a message is reported to its sender
   const std::string program = program_name(argv[0]);
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   Front front(program, make_kinds);

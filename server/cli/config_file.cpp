@@ -27,7 +27,7 @@ bool begins_number(std::string_view word) {
 
 constexpr std::size_t kMostBytes = 1 << 20;  // of a file
 
-/// What there is, and no more than tells that there is too much.
+/// The file's content, cut off just beyond the largest allowed size.
 std::string begin_of(std::istream& in) {
   std::string text(kMostBytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -184,7 +184,7 @@ std::string as_value(const CLI::Option& option, const std::string& text) {
   const bool is_number =
       type.starts_with("UINT") || type.starts_with("INT") || type.starts_with("FLOAT");
   const bool is_word = text == "true" || text == "false";
-  // Others than this reader would write, as the command line takes them, stand in quotes: .5, inf.
+  // Numbers that the command line accepts but this reader does not are quoted: .5, inf.
   const bool is_bare_number = is_number && begins_number(text) && text.find('_') == text.npos &&
                               std::all_of(text.begin(), text.end(), is_of_number);
   return is_word || is_bare_number ? text : quoted(text);

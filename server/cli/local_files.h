@@ -7,7 +7,7 @@
 
 namespace limber::server {
 
-/// Of a scene file: paths are relative to it, and the user may name any file of theirs.
+/// For a scene file: paths are relative to it, and the user may name any file of theirs.
 [[nodiscard]] PathResolver paths_beside(const std::filesystem::path& scene_file);
 
 enum class WriteMode { kReplace, kAppend };

@@ -8,7 +8,7 @@
 
 namespace limber::server {
 
-/// What the ending of a file name stands for: .pc2 (with an .obj), .pvd or .vtu (both: a series).
+/// The format for the ending of a file name: .pc2 (with an .obj), .pvd or .vtu (both: a series).
 /// @throws Refusal naming "output"
 [[nodiscard]] proto::ExportFormat motion_format(const std::filesystem::path& output);
 
@@ -16,7 +16,7 @@ namespace limber::server {
 /// @throws Error{kIo} naming the option
 void demand_folder(const std::filesystem::path& file, const char* field);
 
-/// Writes the files of a motion beside each other. @throws Error{kIo} naming the path
+/// Writes the files of a motion into one folder. @throws Error{kIo} naming the path
 void write_motion(const std::shared_ptr<const ComputedMotion>& motion, proto::ExportFormat format,
                   const std::filesystem::path& output);
 

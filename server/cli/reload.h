@@ -7,14 +7,14 @@
 
 namespace limber::server {
 
-/// What SIGHUP does: options are read again, and those that may change while the server runs are
+/// Handles SIGHUP: options are read again, and those that may change while the server runs are
 /// applied. Either all of them are, or, where anything is wrong, none. Sessions, sockets and
 /// subscribers stay as they are.
 class Reload {
  public:
   Reload(Server& server, ServeOptions options) : server_(server), options_(std::move(options)) {}
 
-  /// The log says what changed, what would need a restart, and what is wrong.
+  /// The log reports changes, options that would need a restart, and errors.
   void operator()();
 
  private:

@@ -43,8 +43,8 @@ std::string ready_text(const Server& server) {
                      ::getpid(), json_string(server.instance()), pages);
 }
 
-/// Written aside and renamed: who sees the file can read all of it. With a token in it nobody but
-/// its owner can.
+/// Written aside and renamed: a reader of the file can read all of it. With a token in it, only its
+/// owner can.
 void write_ready_file(const std::filesystem::path& path, const Server& server) {
   if (path.empty()) return;
   const std::filesystem::path aside = fmt::format("{}.{}", path.string(), ::getpid());
@@ -98,7 +98,7 @@ class Signals {
   int count_ = 0;
 };
 
-/// Nothing where nobody wants to be fed.
+/// Null if no watchdog is requested.
 std::unique_ptr<Watchdog> make_watchdog(Server& server) {
   constexpr int kLooks = 4;  // within the time of the watchdog
   const auto time = service_manager::watchdog_time();

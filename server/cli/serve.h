@@ -20,7 +20,7 @@ struct ServeOptions {
   log::Level log_level = log::Level::kInfo;
   log::Format log_format = log::Format::kText;
   std::map<std::string, std::string> values;  // of all options by their names, as they are written
-  /// The same command line with the file of `--config` as it is by now; empty: there is no such.
+  /// The same command line with the present file of `--config`; empty: there is none.
   /// @throws std::exception naming what is wrong
   std::function<ServeOptions()> read_again;
 

@@ -6,7 +6,7 @@
 
 namespace limber::server::service_manager {
 
-// What systemd is told of a unit with Type=notify (sd_notify(3)). Nothing where there is no
+// Notifications to systemd for a unit with Type=notify (sd_notify(3)). Nothing where there is no
 // $NOTIFY_SOCKET.
 
 void ready(const std::string& status);

@@ -43,7 +43,7 @@ int validate_file(const fs::path& file, const Kinds& kinds) {
   try {
     issues = issues_of(file, kinds);
   } catch (const Refusal& fault) {
-    // No field where it is no JSON at all: the file is what is wrong.
+    // No field if it is no JSON at all: the error is in the file itself.
     print_error(fault.code(), fault.field().empty() ? file.string() : fault.field(), fault.what());
     return 1;
   }

@@ -16,7 +16,7 @@ namespace limber::server {
 /// recover, backup, keygen, allow, revoke, allowed.
 class ToolCommands {
  public:
-  /// @param make_kinds  whose scenes can be validated
+  /// @param make_kinds  kinds with scenes that can be validated
   void add_to(CLI::App& app, const MakeKinds& make_kinds);
   /// The exit code of the command that was given; nothing if none was.
   std::optional<int> run() const;

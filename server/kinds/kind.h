@@ -9,7 +9,7 @@
 
 namespace limber::server {
 
-/// What reading a scene depends on besides its message.
+/// The context for reading a scene, besides its message.
 struct SceneContext {
   PathResolver resolve;  // of files that a scene names
   ServiceLimits limits;
@@ -32,14 +32,14 @@ class Opening {
   /// The record, without a session. Once.
   [[nodiscard]] virtual std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
                                                             JobId open_job) = 0;
-  /// Makes the session of that record, whose tasks `executor` runs. Once, after make_record().
+  /// Makes the session of that record; `executor` runs its tasks. Once, after make_record().
   /// @throws Error with fields of the request
   virtual void start(Hub& hub, session::Executor executor) = 0;
 };
 
-/// What sessions are of: elastic bodies, rod linkages, structures of beams. An object of this class
-/// is what the service knows of a kind; everything else of the kind is in its own folder. Called
-/// from any thread.
+/// The kind of a session: elastic bodies, rod linkages, structures of beams. An object of this
+/// class is what the service knows of a kind; everything else of the kind is in its own folder.
+/// Called from any thread.
 class Kind {
  public:
   Kind() = default;
@@ -49,8 +49,8 @@ class Kind {
 
   /// Short and unique: "beams".
   [[nodiscard]] virtual const char* name() const = 0;
-  /// Whether this kind reads the scene; whether it is sound is found when it is read. Of several
-  /// kinds that would, the first in the registry does.
+  /// Whether this kind reads the scene; whether it is sound is found when it is read. If several
+  /// kinds would read it, the first in the registry does.
   [[nodiscard]] virtual bool accepts(const proto::Scene& scene) const = 0;
   /// @throws Refusal or Error naming fields below "scene."
   [[nodiscard]] virtual std::unique_ptr<Opening> read(const proto::Scene& scene,
@@ -61,7 +61,7 @@ class Kind {
                                                            const std::string& prefix,
                                                            const SceneContext& context) const = 0;
 
-  /// What a scene means where it says nothing, as far as builds differ in it. Stored with the
+  /// The defaults for members that a scene omits, as far as builds differ in them. Stored with the
   /// scene.
   [[nodiscard]] virtual proto::Scene defaults_of(const proto::Scene& /*scene*/) const { return {}; }
   /// Writes into a stored scene what builds before defaults_of() took where it says nothing.

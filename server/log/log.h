@@ -23,8 +23,8 @@ enum class Format {
 /// Default kText. Thread-safe.
 void set_format(Format format) noexcept;
 
-/// What an event is about, for machines: `session`, `client` (its number), `job`, `error` (a code
-/// or reason), `field`. The text says it for people. Empty ones are left out.
+/// A field of an event, for machines: `session`, `client` (its number), `job`, `error` (a code or
+/// reason), `field`. The text says it for people. Empty ones are left out.
 struct Field {
   std::string_view name;
   std::string value;

@@ -26,7 +26,7 @@ Attendance::Joined Attendance::join(const ClientIdentity& client, Clock::time_po
   }
   if (present_.size() >= kMaxClients) return Joined::kFull;
   present_.push_back({client, now});
-  // One that left and is back: what it made is known.
+  // A client that left and is back: its revisions are known.
   for (const Made& made : made_) {
     if (made.client.number != client.number) continue;
     present_.back().last_revision = made.revision;

@@ -20,7 +20,7 @@ struct ClientIdentity {
   std::string name;
 };
 
-/// Who is in one session, and who made its newest revisions. Thread-safe.
+/// The clients in one session, and the authors of its newest revisions. Thread-safe.
 class Attendance {
  public:
   using Clock = std::chrono::steady_clock;

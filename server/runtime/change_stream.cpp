@@ -42,7 +42,7 @@ struct ChangeStream::Changes {
   std::vector<float> of_block;
   int frames = 0;
 
-  /// Runs of changed blocks for which `takes` says so.
+  /// Runs of changed blocks that `takes` accepts.
   template <class Takes>
   [[nodiscard]] std::vector<FrameRange> ranges(const Takes& takes) const {
     std::vector<FrameRange> found;
@@ -142,7 +142,7 @@ std::vector<proto::Frames> ChangeStream::show_early(const FrameSource& part) {
 std::vector<proto::Frames> ChangeStream::begin(const FrameSource& result) {
   const std::vector<FrameRange> whole{{0, result.frame_count()}};
   std::vector<proto::Frames> messages = encode(result, whole, 0);
-  // Who holds this result already ignores it, with early frames written over it.
+  // A client that holds this result already ignores it, even with early frames written over it.
   if (result.sequence() != sequence_ || result.basis_hash() != basis_hash_) early_.clear();
   if (result.coordinates() == nullptr) {
     sent_.resize(0, 0);

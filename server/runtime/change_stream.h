@@ -10,24 +10,24 @@
 
 namespace limber::server {
 
-/// What the subscribers of a session's topic `changes` hold, and the messages that bring them from
-/// one result to the next (see FrameChanges of limber.v1). Frames count as unchanged where no
-/// coordinate differs from what was sent by more than the spacing of single precision at the
-/// largest one: differences do not add up over results. For one thread at a time.
+/// The state of a session's topic `changes` at its subscribers, and the messages that bring them
+/// from one result to the next (see FrameChanges of limber.v1). Frames count as unchanged if no
+/// coordinate differs from the sent one by more than the spacing of single precision at the largest
+/// one. Differences do not add up over results. For one thread at a time.
 class ChangeStream {
  public:
   /// @param chunk_bytes  of frames in a message, at most
   explicit ChangeStream(std::uint64_t chunk_bytes) : chunk_bytes_(chunk_bytes) {}
 
-  /// To a newer result: what is looked at, then what changes most. All of its frames where nothing
-  /// was sent before, or in another basis. Nothing of a result that was sent already.
+  /// To a newer result: viewed frames first, then those that change most. All of its frames where
+  /// nothing was sent before, or in another basis. Nothing of a result that was sent already.
   /// @param looked_at  spans that come first, newest first
   [[nodiscard]] std::vector<proto::Frames> advance(const FrameSource& result,
                                                    const std::vector<FrameRange>& looked_at = {});
   /// Some frames of a result that is not whole yet; they are brought again with it. Nothing where
   /// subscribers hold no motion of that basis.
   [[nodiscard]] std::vector<proto::Frames> show_early(const FrameSource& part);
-  /// All frames, for who holds none.
+  /// All frames, for subscribers that hold none.
   [[nodiscard]] std::vector<proto::Frames> begin(const FrameSource& result);
   /// Nobody holds anything any more.
   void forget();

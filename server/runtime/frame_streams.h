@@ -13,10 +13,9 @@
 
 namespace limber::server {
 
-/// The frame topics of one session. Coordinates and changes leave the moment a result is published;
-/// positions, which have to be computed, are made on another thread from the newest result:
-/// results that come while one is made are skipped. Nothing is encoded for a topic without
-/// subscribers. Thread-safe.
+/// The frame topics of one session. Coordinates and changes are sent when a result is published.
+/// Positions have to be computed: another thread makes them from the newest result and skips
+/// results that come meanwhile. Nothing is encoded for a topic without subscribers. Thread-safe.
 class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
  public:
   FrameStreams(Hub& hub, SessionKey session);
@@ -26,12 +25,11 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   void note_early(const std::vector<std::shared_ptr<const FrameSource>>& parts);
   /// Somebody would see early frames.
   [[nodiscard]] bool has_early_viewers() const;
-  /// What is changed of these frames comes first. Of several such spans the newest 8 count, each to
-  /// 4,096 frames.
+  /// Changes in these frames are sent first. The newest 8 such spans count, each to 4,096 frames.
   void look_at(FrameRange frames);
-  /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
-  /// nobody has to wait for the next edit. Not what it has: unless there is a newer result, which
-  /// was not published while nobody was there.
+  /// There is a new subscriber to `prefix`: the newest frames of matching topics are sent again, so
+  /// that it need not wait for the next edit. Frames that it already has are left out, unless there
+  /// is a newer result that was not published for lack of subscribers.
   void welcome(const std::string& prefix, Has has);
   void close();
 

@@ -12,28 +12,28 @@
 
 namespace limber::server {
 
-/// The results of one session that clients fetch in parts, kept so that all parts of a motion are
-/// of the same one although edits continue, with the bases of their coordinates. Any thread.
+/// Results of one session that clients fetch in parts, with the bases of their coordinates: all
+/// parts of a motion are of the same result although edits continue. Any thread.
 class FrameTransfers {
  public:
   using Clock = std::chrono::steady_clock;
   /// Bytes of all results and bases that are kept; one result always has room.
   static constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
-  /// One that nobody has asked for so long goes with the next sweep.
+  /// A result without requests for so long is removed by the next sweep.
   static constexpr std::chrono::seconds kPatience{60};
-  /// The same where the last part of it was asked for last: it may be asked for again, and so may
-  /// its basis.
+  /// The same if its last part was requested last: that part, and its basis, may be requested
+  /// again.
   static constexpr std::chrono::seconds kPatienceBehindLast{10};
 
   explicit FrameTransfers(std::uint64_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
 
-  /// Where there is no room even without results whose last part was fetched.
+  /// For the case that there is no room even without results whose last part was fetched.
   enum class WithoutRoom {
     kBeginNone,
-    kDisplace,  // the one that was asked for longest ago goes
+    kDisplace,  // the result with the oldest request is removed
   };
-  /// Parts of this result will be asked for. Where there is no room for it, they are of an earlier
-  /// one that shows the same revision, if neither it nor another like it is final.
+  /// Begins the transfer of this result. If there is no room for it, parts come from an earlier one
+  /// that shows the same revision, if neither it nor another like it is final.
   /// @returns the result that they are of; null: none has begun
   [[nodiscard]] std::shared_ptr<const FrameSource> begin(std::shared_ptr<const FrameSource> result,
                                                          WithoutRoom without,
@@ -47,16 +47,16 @@ class FrameTransfers {
   /// The newest result with frames of this basis; null: there is none.
   [[nodiscard]] std::shared_ptr<const FrameSource> find_basis(const std::string& basis_hash,
                                                               Clock::time_point now);
-  /// Lets those go that nobody asks for any more. @returns whether there were any
+  /// Releases results that are no longer fetched. @returns whether there were any
   bool sweep(Clock::time_point now);
-  /// Of all that are kept [bytes], besides what the session has anyway.
+  /// Bytes of all retained results, besides the data of the session itself.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   struct Kept {
     std::shared_ptr<const FrameSource> result;
     Clock::time_point asked;
-    bool is_last_made = false;  // and nothing was asked for since
+    bool is_last_made = false;  // and nothing was requested since
   };
   using List = std::list<Kept>;
 
@@ -70,8 +70,8 @@ class FrameTransfers {
 
   const std::uint64_t most_bytes_;
   mutable std::mutex mutex_;
-  List kept_;  // asked for longest ago first
-  /// Of what is kept, each basis once.
+  List kept_;  // oldest request first
+  /// Bases of the retained results, each once.
   struct Basis {
     std::size_t results = 0;
     std::uint64_t bytes = 0;

@@ -41,13 +41,13 @@ std::size_t solve_threads(const ServerOptions& options) {
   return 2 * cores();
 }
 
-/// Of final answers: no more at once than there are cores, so that those that are begun end soon.
+/// Threads for final answers: no more than there are cores, so that solves in progress end soon.
 std::size_t refine_threads(const ServerOptions& options) {
   return std::min(solve_threads(options), cores());
 }
 
-/// As many as there may be jobs, and some that build meanwhile: a session opens beside all of them.
-/// And one for what is short, which no build takes: checks of answers wait for no build.
+/// As many as there may be jobs, and some for builds: a session opens even while all jobs run. One
+/// more is for short tasks and takes no build: checks of answers wait for no build.
 std::size_t session_threads(const ServerOptions& options) {
   constexpr std::size_t kShort = 1;
   if (options.session_threads > 0)
@@ -55,9 +55,9 @@ std::size_t session_threads(const ServerOptions& options) {
   return options.limits.jobs + cores() + kShort;
 }
 
-/// Of the calling thread and its helpers, once; its pool has one priority. Linux has threads that
-/// are so much nicer give way as soon as one of the usual wakes, and gives it a third or a tenth of
-/// the core beside it: lower ones would hold a lock for long that others wait for.
+/// For the calling thread and its helpers, once; its pool has one priority. With this niceness,
+/// Linux lets such threads yield as soon as a normal one wakes, and gives them a third or a tenth
+/// of the core next to it. Lower ones would hold locks for too long.
 void lower_priority(Helpers helpers) {
   constexpr int kOfRefining = 5, kOfPatient = 10, kNicest = 19;
   thread_local bool is_low = false;
@@ -92,8 +92,8 @@ std::uint64_t Hub::memory_limit() const {
 session::Executor Hub::session_executor(const std::string& client) {
   using session::Urgency;
   using Share = TakingTurns::Share;
-  // The first patient task of a session is its build; those behind it are shorter (first solves,
-  // checks), and must not wait for builds of others, nor for what takes as long.
+  // The first patient task of a session is its build. The later ones are shorter (first solves,
+  // checks), and must not wait for builds of others, nor for other long tasks.
   auto has_begun = std::make_shared<std::atomic<bool>>(false);
   return [this, client, has_begun, place = NewestFirst::place()](session::Executor::Task task,
                                                                  Urgency urgency) {
@@ -103,7 +103,7 @@ session::Executor Hub::session_executor(const std::string& client) {
     }
     if (urgency == Urgency::kLong)  // takes turns with builds: no session waits to open behind it
       return post_patiently("long tasks of " + client, std::move(task), Share::kPartButOne);
-    if (urgency == Urgency::kIdle)  // nobody asked for it: of all sessions together one at a time
+    if (urgency == Urgency::kIdle)  // without a request: one at a time, over all sessions
       return post_patiently("idle tasks", std::move(task), Share::kOne);
     if (urgency == Urgency::kRefining) {
       refining.put(place, std::move(task));

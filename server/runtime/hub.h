@@ -18,26 +18,26 @@
 
 namespace limber::server {
 
-/// Where pages find this server, and what they must show. Empty: it serves none.
+/// The addresses of this server for pages, and their tokens. Empty: it serves none.
 struct WebEntrance {
   std::string url, token;              // the token of those that administer
   std::map<Role, std::string> tokens;  // of each role
 };
 
-/// What the server is about to do.
+/// The phase of the server's life.
 enum class Phase {
   kStarting,
   kReady,
-  kDraining,  // it will end: new sessions are refused, what is under way gets its answer
+  kDraining,  // it will end: new sessions are refused, open requests get their answers
 };
 
-/// What every part of the service shares. Outlives all sessions.
+/// State shared by all parts of the service. Outlives all sessions.
 struct Hub {
   explicit Hub(ServerOptions given);
   void publish_job(const proto::JobStatus& status);
   /// Runs tasks of one session: what somebody edits goes before all else, its first answer before
   /// the final ones of others.
-  /// @param client  who opened it: builds of clients take turns
+  /// @param client  its opener: builds of clients take turns
   [[nodiscard]] session::Executor session_executor(const std::string& client);
   /// Of all sessions together [bytes].
   [[nodiscard]] std::uint64_t memory_limit() const;
@@ -45,9 +45,9 @@ struct Hub {
   static void give_way();
   /// Of jobs, which --max-jobs bounds.
   void post_job(std::function<void()> task);
-  /// What is refused now, since the server ends.
+  /// The refusal of requests now, since the server ends.
   [[nodiscard]] Refusal going_down() const;
-  /// What is known of who comes after this run.
+  /// The knowledge of the next run about requests to this one.
   [[nodiscard]] NextRun next_run() const;
 
   ServerOptions options;
@@ -63,13 +63,13 @@ struct Hub {
   std::atomic<bool> is_handed_over{false};  // it ends for another run to take its place
   WebEntrance web;                          // set before the transport starts
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
-  /// Null: sessions end with the server. Those who wait for it are answered by the transport.
+  /// Null: sessions end with the server. The transport answers requests that wait for it.
   std::unique_ptr<store::Store> store;
   NewestFirst refining;
-  /// Between a first answer and what is left of its round. The answer and the acknowledgement pass
-  /// five threads on their way to the client, and a scheduler may leave any of them behind a thread
-  /// that computes, however nice that is, until its next tick (4 ms at 250 Hz): p99 of the first
-  /// frames of a drag on two cores was 5 to 6 ms without this pause, 1.2 to 2.1 with it.
+  /// Pause between a first answer and the rest of its round. The answer and the acknowledgement
+  /// pass five threads on their way to the client. A scheduler may leave any of them behind a
+  /// computing thread, however nice that is, until its next tick (4 ms at 250 Hz). The p99 of the
+  /// first frames of a drag on two cores was 5 to 6 ms without this pause, 1.2 to 2.1 with it.
   static constexpr std::chrono::milliseconds kRefinementDelay{2};
   TakingTurns patient;  // on the threads of session_pool
   // Last, so that their threads end before anything they use does.
@@ -80,7 +80,7 @@ struct Hub {
   boost::asio::thread_pool patient_request_pool;  // exports and the like: as session_pool
 
  private:
-  /// On a thread that gives way to those of the other pools: builds leave a place to what is short.
+  /// On a thread that yields to those of the other pools: builds leave a place to short tasks.
   void post_patiently(const std::string& client, std::function<void()> task,
                       TakingTurns::Share share);
   void schedule_refinement();

@@ -18,7 +18,7 @@ class JobMotion {
   JobMotion& operator=(const JobMotion&) = delete;
 
   [[nodiscard]] virtual int frame_count() const = 0;
-  /// Of so many frames, without the envelope.
+  /// Bytes of so many frames, without the envelope.
   [[nodiscard]] virtual std::uint64_t bytes(int count) const = 0;
   [[nodiscard]] virtual proto::Frames encode(FrameRange range) const = 0;
   /// @throws Refusal naming `format`; OUT_OF_RANGE naming `part`

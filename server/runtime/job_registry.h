@@ -22,7 +22,7 @@ namespace limber::server {
 
 using JobId = std::uint64_t;
 
-/// What a job leaves behind besides its state.
+/// The products of a job besides its state.
 struct JobProduct {
   proto::MeshArrays mesh;
   std::shared_ptr<const JobMotion> motion;
@@ -35,9 +35,9 @@ struct JobProduct {
   std::vector<proto::ExportedFile> files;
 };
 
-/// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the
-/// meshes and motions of fewer. Thread-safe. Every change is reported to the listener of the
-/// registry (the stream), in order: after the end of a job it is not reported as running.
+/// Long work: its kind, its progress and its end. The newest finished ones are kept; the meshes and
+/// motions of fewer. Thread-safe. Every change is reported to the listener of the registry (the
+/// stream), in order: after the end of a job it is not reported as running.
 class JobRegistry {
  public:
   /// Called with the registry's lock, which is what keeps the order: it must not call back.
@@ -60,7 +60,7 @@ class JobRegistry {
   void done(JobId job, JobProduct product = {});
   void failed(JobId job, const proto::Error& error);
   void cancelled(JobId job);
-  /// @throws Refusal NOT_FOUND; a job that has ended is left as it is
+  /// @throws Refusal NOT_FOUND; a finished job does not change
   void cancel(JobId job);
 
   /// @throws Refusal NOT_FOUND; RESTARTED for a job of another run, as all calls with a job
@@ -75,9 +75,9 @@ class JobRegistry {
   [[nodiscard]] std::shared_ptr<const JobMotion> motion(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.
   void get(JobId job, double seconds, const SharedTicket& ticket);
-  /// Nobody reads the answers to this client's requests: it is gone.
+  /// The client has disconnected: its requests need no answers.
   void abandon(const std::string& client);
-  /// Asks every running job to stop and answers everybody who waits.
+  /// Asks every running job to stop and answers all waiting clients.
   /// @param why  they wait in vain
   void shut_down(const Refusal& why);
 
@@ -110,7 +110,7 @@ class JobRegistry {
   mutable std::mutex mutex_;
   std::map<JobId, Job> jobs_;
   std::deque<JobId> finished_;  // oldest first
-  std::deque<JobId> motions_;   // of these, those whose motion is kept
+  std::deque<JobId> motions_;   // of these, those with a retained motion
   RunIds ids_;
   std::uint32_t running_ = 0;  // of those that are limited
 };

@@ -10,9 +10,9 @@ namespace limber::server {
 
 /// Tasks of many sessions, for fewer threads than there are sessions. Thread-safe.
 ///
-/// The newest task goes first: with more to refine than there is time for, it is the one that is
-/// least likely to be out of date before it is done, where the oldest is the most likely one. Every
-/// fourth time the oldest goes first, so that none waits for ever.
+/// The newest task goes first. If there is more to refine than there is time for, it is the least
+/// likely to be out of date before it is done, and the oldest is the most likely. Every fourth time
+/// the oldest goes first, so that none waits for ever.
 class NewestFirst {
  public:
   using Task = std::function<void()>;
@@ -28,7 +28,7 @@ class NewestFirst {
   /// Beside what waits there: one that was given before may arrive behind a newer one, and then
   /// finds nothing to do.
   void put(const std::shared_ptr<Place>& place, Task task);
-  /// What waits there is not needed any more.
+  /// The task that waits there is not needed any more.
   void withdraw(const std::shared_ptr<Place>& place);
   /// Runs one that waits, if any does.
   void run_one();

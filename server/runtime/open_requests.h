@@ -25,7 +25,7 @@ class OpenRequests {
   /// From now on requests count as new. Once.
   void begin_epoch() { epoch_.store(1); }
 
-  /// Of `total()`, those that change something: all, or those from before begin_epoch().
+  /// The part of `total()` that changes something: all, or those from before begin_epoch().
   [[nodiscard]] std::uint64_t lasting() const { return old_lasting() + lasting_of(1); }
   [[nodiscard]] std::uint64_t old_lasting() const { return lasting_of(0); }
 

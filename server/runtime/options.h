@@ -38,7 +38,7 @@ struct ServerOptions {
   ShutdownRequests shutdown_requests = ShutdownRequests::kRefused;
   ServiceLimits limits;
   std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
-  /// Sessions that are stored and nobody asks for are parked after so long; 0: only for others.
+  /// Stored sessions without requests for so long are parked; 0: only to make room for others.
   std::chrono::seconds park_after{900};
   std::filesystem::path cache_folder;        // of built models; empty: none
   std::optional<store::StoreOptions> store;  // of sessions; nothing: they end with the server
@@ -46,7 +46,7 @@ struct ServerOptions {
   int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits;
                             // and as many for patient ones, such as exports
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
-  /// Server::request_drain(): before that, so many seconds at most for what is under way.
+  /// Server::request_drain(): the time before that for open requests, at most.
   Live<double> drain_s = 10.0;
 
   /// How often the status of every session is published again: subscribers that missed the

@@ -10,7 +10,7 @@ JobId start_pooled_job(Hub& hub, const char* kind, const char* prefix,
                        std::function<JobProduct(const JobContext&)> work) {
   const Cancellation cancellation;
   const JobId job = hub.jobs.start(kind, "", [cancellation] { cancellation.request(); });
-  // All together have --max-jobs of them: whose they are makes no difference.
+  // All clients together have --max-jobs of them, in any distribution.
   hub.post_job([&hub, job, prefix, cancellation, work = std::move(work)] {
     const JobContext context{cancellation, [&hub, job](const std::string& stage, double fraction) {
                                hub.jobs.progress(job, {stage, fraction});

@@ -4,7 +4,7 @@
 
 namespace limber::server {
 
-/// What this process takes of the machine, as the operating system tells it. 0: it does not.
+/// Resources that this process uses, as the operating system reports them. 0: not reported.
 struct ProcessUse {
   std::uint64_t resident_bytes = 0;
   double cpu_s = 0;  // of all threads

@@ -377,7 +377,7 @@ bool Record::give_answer(std::chrono::steady_clock::time_point now) {
     return false;
   }
   if (answer->answer.size() > kLarge) next_answer_ = now + kLargeInterval;
-  // Where it cannot be written, edits are told so: a wait changes nothing.
+  // If it cannot be written, the edit requests report it: waiting would not help.
   hub_.store->keep_answer(key_.uid, std::move(*answer),
                           [self = weak_from_this(), results](const std::exception_ptr&) {
                             if (const auto record = self.lock()) record->notify_waiters(results);

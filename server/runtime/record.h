@@ -30,14 +30,14 @@ namespace limber::server {
 /// Topic of the status of a session of this name.
 [[nodiscard]] std::string status_topic(const std::string& session);
 
-/// What calls of a session get that was parked while they were on their way: they are made again.
+/// The error for calls of a session that was parked during the call: they are made again.
 class ParkedMeanwhile : public Error {
  public:
   using Error::Error;
 };
 
-/// What the service knows of one session besides the session, for every kind: who waits, who
-/// watches, which jobs are its.
+/// The service's data about one session besides the session, for every kind: its waiting clients,
+/// its viewers, its jobs.
 ///
 /// Lock order: no lock of this class is held while the session is called.
 class Record : public std::enable_shared_from_this<Record> {
@@ -56,19 +56,19 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual const char* kind() const = 0;
   /// For messages: what a session of this kind is of.
   [[nodiscard]] virtual const char* subject() const = 0;
-  /// Whether one edit is soon done, of any kind: what it validates is small. Any thread, without
+  /// Whether an edit of any kind is done soon: its validation is short. Any thread, without
   /// waiting.
   [[nodiscard]] virtual bool edits_are_light() const { return true; }
-  /// The build failed or was cancelled, and nobody has asked for another.
+  /// The build failed or was cancelled, and no other was requested.
   [[nodiscard]] bool failed() const;
   [[nodiscard]] proto::SessionStatus status() const;
-  /// What it takes, for those who run the server.
+  /// Its use of resources, for administrators.
   [[nodiscard]] proto::SessionUse use() const;
   [[nodiscard]] ResultWaiters& waiters() { return waiters_; }
-  /// Part of the status: who changes it publishes that.
+  /// Part of the status: after a change of it, the caller publishes that.
   [[nodiscard]] Attendance& attendance() { return *attendance_; }
   [[nodiscard]] const std::shared_ptr<Attendance>& shared_attendance() const { return attendance_; }
-  /// Of a session that was parked, and comes back to those who are in it. Before it is in the
+  /// For a session that was parked and comes back: restores its clients. Before it is in the
   /// registry.
   void continue_with(std::shared_ptr<Attendance> people) { attendance_ = std::move(people); }
 
@@ -76,7 +76,7 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @throws Error{kNotFound} once it is closed; {kFailedPrecondition} before there are any
   [[nodiscard]] virtual std::shared_ptr<const FrameSource> frames(bool final_only) const = 0;
   [[nodiscard]] FrameTransfers& frame_transfers() { return frame_transfers_; }
-  /// Of the basis of a result that is fetched in parts; nothing where that is not among them.
+  /// Geometry for the basis of a result that is fetched in parts; nothing without a transfer.
   [[nodiscard]] std::optional<proto::GetGeometryResponse> geometry_in_transfer(
       const proto::GetGeometryRequest& request) const;
   /// @throws as frames()
@@ -84,7 +84,7 @@ class Record : public std::enable_shared_from_this<Record> {
       const proto::GetGeometryRequest& request) const = 0;
 
   /// @throws Refusal or Error naming fields of the request
-  /// @param author  whose edits they are: undo is of one's own
+  /// @param author  the author of the edits: undo is of one's own
   [[nodiscard]] virtual proto::EditResponse edit(const proto::EditRequest& request,
                                                  const session::Author& author) = 0;
   /// The scene as edited, as much of it as the request wants.
@@ -99,40 +99,40 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @param what  that they have not, for the message
   [[nodiscard]] Error lacks(const char* what) const;
 
-  // For the store. What it has of the session is what these say.
-  /// Who made a revision: Request.client, what others call that client, and whose edits they are.
+  // For the store. These members define its data about the session.
+  /// Author of a revision: Request.client, the client's public name, and the author of its edits.
   struct Maker {
     std::string client, name;
     session::Author author;
   };
   /// Held while an edit is made and given to the store: in there the edits have no gaps.
   [[nodiscard]] std::recursive_mutex& edit_order() { return edit_order_; }
-  /// The edits that a request has just made, by values alone: what it took from the answer of the
-  /// moment is written out. Nothing where it made none. With edit_order().
+  /// The edits that a request has just made, by values alone: values taken from the current answer
+  /// are written out. Nothing where it made none. With edit_order().
   [[nodiscard]] virtual std::optional<proto::EditRequest> made_edits(
       const proto::Request& request) const;
-  /// What is to be stored of a revision, after what the session has changed by itself before it.
-  /// Nothing where that is stored. With edit_order().
+  /// The changes to store for a revision, after those that the session has made by itself before
+  /// it. Nothing where that is stored. With edit_order().
   [[nodiscard]] std::vector<store::Change> changes_of(std::uint64_t revision,
                                                       const proto::EditRequest& made,
                                                       const Maker& by);
-  /// Of a session that comes back: so much is stored. With edit_order().
+  /// For a session that comes back: the stored revision. With edit_order().
   void note_stored(std::uint64_t revision) { stored_revision_ = revision; }
-  /// Writes what stands for all edits, as they were when it was made. May take long; any thread.
+  /// Writes a checkpoint that replaces all edits up to its revision. May take long; any thread.
   /// @throws Error where that could not be read again
   using CheckpointWriter = std::function<void(proto::StoredCheckpoint&)>;
   /// Null where this kind has none: all its edits stay stored. With edit_order().
   /// @throws Error{kFailedPrecondition} where there is none now
   [[nodiscard]] virtual CheckpointWriter checkpoint() const { return nullptr; }
-  /// As if the edits that it stands for were made now: before all others.
+  /// Restores the result of its edits: called before all others.
   /// @throws Refusal or Error where it is none of such a session
   virtual void begin_at(const proto::StoredCheckpoint& checkpoint);
-  /// Edits that are stored and no checkpoint stands for. With edit_order().
+  /// Stored edits that no checkpoint replaces. With edit_order().
   [[nodiscard]] StoredEdits& stored_edits() { return stored_edits_; }
   /// Puts the newest final answer into a scene as where that begins, see Kind::begin_in().
   /// @returns whether there is one
   [[nodiscard]] virtual bool add_start(proto::Scene& /*scene*/) const { return false; }
-  /// Of a session that continues one of before: its results are numbered on. Before it is attached.
+  /// If it continues an earlier session, so does its numbering. Before it is attached.
   void continue_after(std::uint64_t sequence) { last_sequence_ = sequence; }
 
   // For the memory of all sessions.
@@ -140,7 +140,7 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual std::uint64_t memory_bytes() const;
   /// Somebody asks for it.
   void touch() { touched_.store(Clock::now().time_since_epoch().count()); }
-  /// When somebody asked for it last.
+  /// Time of the last request to it.
   [[nodiscard]] Clock::time_point used_at() const {
     return Clock::time_point(Clock::duration(touched_.load()));
   }
@@ -151,12 +151,12 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] bool keep_answer_now();
   /// The session itself was given to the store: answers, which come behind it, may follow.
   void begin_to_store_answers();
-  /// It is parked: closes the session without a word to its clients. Who still calls this record
-  /// gets ParkedMeanwhile.
+  /// It is parked: closes the session without a word to its clients. Later calls of this record get
+  /// ParkedMeanwhile.
   void leave_to_store();
 
-  /// It comes back from the store: until its answer is there, what is asked of that can wait.
-  /// @param stored  of its stored answer: what it is told to have until then
+  /// It comes back from the store: requests for its answer can wait until that is available.
+  /// @param stored  header of its stored answer: the published one until then
   void expect_answer(const proto::ResultInfo& stored) {
     is_returning_ = true;
     returning_result_ = stored;
@@ -167,17 +167,17 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @returns false where there is nothing to wait for
   [[nodiscard]] bool wait_for_return(std::function<void()> then);
 
-  /// Of CancelRequest: stops the session's work; waiting clients are notified.
+  /// For CancelRequest: stops the session's work; waiting clients are notified.
   void cancel();
   void welcome(const std::string& prefix, Has has);
   /// To the subscribers of the status topic, if there are any.
   void publish_status();
   /// Ends the session; no task of it runs any more. @throws Error{kNotFound} once it is closed
   void close();
-  /// Everything that is open ends; who waits gets `fault`.
+  /// All open requests end; waiting clients get `fault`.
   void end(const std::exception& fault);
 
-  /// Of the session alone. @throws Error{kNotFound} once it is closed
+  /// For the session alone. @throws Error{kNotFound} once it is closed
   virtual void stop_work() = 0;
   /// Closes the session and lets it go; waiting clients are not notified. @throws Error{kNotFound}
   virtual void close_session() = 0;
@@ -221,12 +221,12 @@ class Record : public std::enable_shared_from_this<Record> {
   std::uint64_t last_sequence_ = 0;  // of a session before this one
   session::State state_ = session::State::kBuilding;
   std::string message_;
-  /// Of work that was asked for after the opening.
+  /// For work that was requested after the opening.
   std::optional<JobId> later_job_;
 
  private:
   void note_returned();
-  /// A final result, for those who wait for it: they are told once its answer is stored.
+  /// A final result, for waiting clients: they get it after its answer is stored.
   struct Unstored {
     std::shared_ptr<const proto::ResultInfo> result;
     ResultWaiters::Check check = ResultWaiters::Check::kPending;
@@ -242,7 +242,7 @@ class Record : public std::enable_shared_from_this<Record> {
 
   const SessionKey key_;
   const std::string name_, status_topic_;
-  mutable FrameTransfers frame_transfers_;  // what is read is kept longer
+  mutable FrameTransfers frame_transfers_;  // results in use are kept longer
   session::Progress progress_;
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   std::vector<Unstored> unstored_;

@@ -15,19 +15,19 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// Long replies that clients fetch in parts (parts.proto), each kept until the part with its end is
-/// made, its connection ends, or nobody has asked for it for a while. Any thread.
+/// Long replies that clients fetch in parts (parts.proto). Each is kept until the part with its end
+/// is made, its connection ends, or its requests have stopped for a while. Any thread.
 class ReplyParts {
  public:
   using Clock = std::chrono::steady_clock;
-  /// One that nobody has asked for so long goes with the next sweep.
+  /// A reply without requests for so long is removed by the next sweep.
   static constexpr std::chrono::seconds kPatience{60};
-  /// Of a part [bytes]: it is made between two acknowledgements.
+  /// Limit of a part [bytes]: it is made between two acknowledgements.
   static constexpr std::uint64_t kMostBytes = 1 << 20;
   /// Replies kept for one client; the one that was begun first goes for another.
   static constexpr std::size_t kMostOfClient = 16;
 
-  /// @param client      its routing id: nobody else gets a part
+  /// @param client  its routing id: other clients get no part
   /// @param reply       serialised
   /// @param unread      holds its bytes
   /// @param most_bytes  of the first part, > 0

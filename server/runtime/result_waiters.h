@@ -10,8 +10,8 @@
 
 namespace limber::server {
 
-/// Who waits for a result of one session. Resolved where results are published: nothing is polled.
-/// Thread-safe.
+/// Clients that wait for a result of one session. Resolved where results are published: nothing is
+/// polled. Thread-safe.
 class ResultWaiters {
  public:
   enum class Until { kFirst, kFinal, kChecked };
@@ -22,16 +22,16 @@ class ResultWaiters {
 
   /// Answers at once if the session's newest results will do.
   void wait(std::uint64_t revision, Until until, double timeout_s, const SharedTicket& ticket);
-  /// Whether a final result is still to be stored: who waits for it waits for that, too.
+  /// Whether a final result is still to be stored: clients that wait for it wait for that, too.
   enum class Storing { kPending, kDone };
   /// @param check, storing  of a final result; of others they mean nothing. One whose storing was
-  /// pending is noted again once it is done, maybe behind newer ones
+  /// pending is noted again after it is stored, maybe later than newer ones
   void note(const std::shared_ptr<const proto::ResultInfo>& result, Check check,
             Storing storing = Storing::kDone);
-  /// Everybody gets this error; with `Later::kRefuse` also those who come later.
+  /// All waiting clients get this error; with `Later::kRefuse` also later ones.
   enum class Later { kAccept, kRefuse };
   void refuse_all(const std::exception& fault, Later later);
-  /// Nobody reads the answers to this client's requests: it is gone.
+  /// The client has disconnected: its requests need no answers.
   void abandon(const std::string& client);
   /// After a failed build that is tried again.
   void accept();
@@ -57,7 +57,7 @@ class ResultWaiters {
   mutable std::mutex mutex_;
   Noted newest_, converged_, checked_;
   std::vector<Waiter> waiters_;
-  proto::Error refusal_;  // of those who come now, where it has a code
+  proto::Error refusal_;  // for new clients, if it has a code
 };
 
 }  // namespace limber::server

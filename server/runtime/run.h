@@ -16,9 +16,9 @@ struct Run {
   [[nodiscard]] static Run begin();
 };
 
-/// Ids of sessions or jobs, never given twice, neither in this run nor in another one: 16 decimal
-/// digits (exact in JSON's doubles), of which the first ten are random for the run and the last
-/// six count. Thread-safe.
+/// Ids of sessions or jobs, never given twice, neither in this run nor in another one. They have 16
+/// decimal digits (exact in JSON's doubles): the first ten are random for the run, and the last six
+/// count. Thread-safe.
 class RunIds {
  public:
   explicit RunIds(std::uint64_t first) : first_(first), last_(first) {}
@@ -44,7 +44,7 @@ struct SessionKey {
   [[nodiscard]] static SessionKey parse(const std::string& text);
 };
 
-/// RESTARTED: something of another run is asked for.
+/// RESTARTED: the request refers to another run.
 /// @param what  e.g. "job 7"; empty: the request as a whole
 [[nodiscard]] Refusal restarted(const std::string& field, const std::string& what);
 

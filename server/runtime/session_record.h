@@ -10,7 +10,7 @@
 
 namespace limber::server {
 
-/// Of requests for what comes with the model.
+/// For requests that need the model.
 [[nodiscard]] inline Error model_not_built() {
   return {ErrorCode::kFailedPrecondition, "session", "the model is not built yet"};
 }
@@ -23,7 +23,7 @@ class SessionRecord : public Record, public Listener {
  public:
   using Record::Record;
 
-  /// Right after the session is made. Before, answers come from what was opened alone.
+  /// Right after the session is made. Before, answers come from the opened scene alone.
   void attach(std::shared_ptr<Session> session) {
     bool ready = false;
     {
@@ -72,8 +72,7 @@ class SessionRecord : public Record, public Listener {
   }
 
  protected:
-  /// Makes the edits of a request. What the session refuses, and warns of, is at fields of the
-  /// request.
+  /// Makes the edits of a request. Errors and warnings of the session are at fields of the request.
   template <class Edits>
   session::EditReceipt make_edits(const proto::EditRequest& request, const Edits& edits,
                                   const session::Author& author) {
@@ -86,7 +85,7 @@ class SessionRecord : public Record, public Listener {
     for (auto& issue : receipt.issues) issue.field = rename(issue.field);
     return receipt;
   }
-  /// Of kinds that limber.v1 does not know: the message that their edits are.
+  /// For kinds that limber.v1 does not know: the message type of their edits.
   [[nodiscard]] virtual const google::protobuf::Message* edit_extension() const { return nullptr; }
 
   /// Null before it is attached, and once it is closed.

@@ -92,7 +92,7 @@ void StoredReplies::recall(const RequestKey& key, std::uint64_t hash, std::strin
     if (!is_new) return;
     it->second.hash = hash;
   }
-  (void)answer(key, reply, now);  // nobody has repeated it yet
+  (void)answer(key, reply, now);  // not repeated yet
 }
 
 std::shared_ptr<Ticket> StoredReplies::abandon(const RequestKey& key) {

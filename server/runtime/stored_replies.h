@@ -26,8 +26,8 @@ inline constexpr const char* kNamedClient = "client ";
   return key.client.rfind(kNamedClient, 0) != 0;
 }
 
-/// Of a request's bytes, to tell a repetition from another request under the same id. Of more than
-/// 4 MiB, 4 KiB out of every 64 KiB are read.
+/// Hash of a request's bytes, to distinguish a repetition from another request under the same id.
+/// If there are more than 4 MiB, 4 KiB out of every 64 KiB are read.
 [[nodiscard]] std::uint64_t content_hash(std::string_view bytes);
 
 /// Replies to requests that changed something, kept for a while: a client that repeats such a
@@ -36,7 +36,7 @@ class StoredReplies {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Of replies that were given; the oldest are dropped first. What is in progress is not counted.
+  /// Limits of given replies; the oldest are dropped first. Those in progress are not counted.
   struct Limits {
     std::size_t client_replies = 256;  // of one client
     std::size_t client_bytes = 1 << 20;
@@ -65,9 +65,9 @@ class StoredReplies {
   /// @returns who repeated the request meanwhile and is to get the same bytes; may be null
   [[nodiscard]] std::shared_ptr<Ticket> answer(const RequestKey& key, const std::string& reply,
                                                Clock::time_point now);
-  /// Of a run before this one: a request that was answered, and its reply.
+  /// From a run before this one: a request that was answered, and its reply.
   void recall(const RequestKey& key, std::uint64_t hash, std::string reply, Clock::time_point now);
-  /// The client's connection is gone before anything was done.
+  /// The client disconnected before anything was done.
   /// @returns who repeated the request on another connection: the request is theirs now; or null,
   /// then it is forgotten
   [[nodiscard]] std::shared_ptr<Ticket> abandon(const RequestKey& key);

@@ -8,7 +8,7 @@
 namespace limber::server {
 
 TakingTurns::~TakingTurns() {
-  while (!clients_.empty()) {  // a task may be the last to hold a session, whose end asks for more
+  while (!clients_.empty()) {  // a task may be the last to hold a session, whose end posts more
     const auto ending = std::exchange(clients_, {});
   }
 }

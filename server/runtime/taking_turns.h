@@ -12,14 +12,14 @@
 namespace limber::server {
 
 /// Tasks of many clients for few threads: clients take turns, each with its oldest task, so that
-/// one that has asked for much holds up nobody else. Tasks may run for long, so that some threads
-/// are left to who comes later: a client has no more tasks running than places are free. Of ten
-/// places the first client gets five, the next three. A task that waits for somebody may lend its
-/// place (LentPlace). Thread-safe.
+/// one with many tasks holds up no other. Tasks may run for long, so some threads are left to later
+/// clients: a client has no more tasks running than places are free. Out of ten places the first
+/// client gets five, the next three. A task that waits for somebody may lend its place (LentPlace).
+/// Thread-safe.
 class TakingTurns {
  public:
   using Task = std::function<void()>;
-  /// Of the places, to the tasks of a client.
+  /// The share of places for the tasks of a client.
   enum class Share {
     kPart,
     kPartButOne,  // as kPart of one place less, which is left to the others
@@ -52,7 +52,7 @@ class TakingTurns {
     std::string client;
     Task task;
   };
-  /// Where there is none, the call counts as left. With the lock.
+  /// Without one, the call counts as done later. With the lock.
   [[nodiscard]] std::optional<Taken> take();
   /// Its task has ended. With the lock.
   void give_back(const std::string& client);

@@ -17,9 +17,9 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// One request that must be answered, once. Shared by whoever may answer; the first answer counts.
-/// If all let it go unanswered, it answers that the server is going down (its task was dropped), so
-/// nobody waits forever.
+/// One request that must be answered, once. Shared by all possible sources of the answer; the first
+/// answer counts. If all release it unanswered, it answers that the server is going down (its task
+/// was dropped), so no client waits forever.
 class Ticket {
  public:
   /// @param instance  of the run, for the reply
@@ -41,12 +41,12 @@ class Ticket {
   /// A long reply goes in parts where there is room to keep it, the first of so many bytes. Not of
   /// a request that changes something. Before it is shared.
   void divide_reply(ReplyParts& parts, std::uint64_t most_bytes);
-  /// Of a request whose client names itself: by what a repetition is recognised.
+  /// For a request whose client has a name: the key that identifies a repetition.
   [[nodiscard]] const RequestKey& request_key() const { return key_; }
   [[nodiscard]] std::uint64_t request_hash() const { return hash_; }
   /// The bytes of a reply that the same request got before.
   void answer_again(std::string reply);
-  /// For a client that is gone: nothing is sent.
+  /// For a client that has disconnected: nothing is sent.
   /// @returns the ticket that the request belongs to now, where the client repeated it on another
   /// connection; else null
   std::shared_ptr<Ticket> abandon();
@@ -60,7 +60,7 @@ class Ticket {
   [[nodiscard]] Way way() const { return way_; }
   /// Its request changes something. Before it is shared.
   void note_lasting();
-  /// What whoever asks may do.
+  /// The role of the client.
   [[nodiscard]] Role role() const { return role_; }
   /// Its CURVE public key; empty without CURVE.
   [[nodiscard]] const std::string& key() const { return curve_key_; }
@@ -77,7 +77,7 @@ class Ticket {
   /// In place of a reply that is too long for one message.
   std::string first_part(std::string whole);
   void deliver(std::string reply);
-  void end();  // nobody waits for it any more
+  void end();  // no client waits for it any more
 
   Transport& transport_;
   Counters& counters_;

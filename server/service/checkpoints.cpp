@@ -38,7 +38,7 @@ void Checkpoints::write(Hub& hub, Record& record) {
       edit_bytes = edits.bytes();
     }
     writer(checkpoint);
-    // Where it is to begin: what edits of before have led to.
+    // The answer to begin in, for the earlier edits.
     (void)record.keep_answer_now();
     std::string bytes = checkpoint.SerializeAsString();
     const std::uint64_t size = bytes.size();

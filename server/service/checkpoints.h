@@ -6,9 +6,9 @@
 
 namespace limber::server {
 
-/// Bounds what the store has of sessions that are edited for long: behind every
-/// StoreOptions::checkpoint_edits edits of a session, what they have made of it is stored in their
-/// place. Nobody waits for that. Thread-safe.
+/// Bounds the stored data of sessions that are edited for long: every
+/// StoreOptions::checkpoint_edits edits of a session, a checkpoint replaces them in the store.
+/// Nobody waits for that. Thread-safe.
 class Checkpoints {
  public:
   explicit Checkpoints(Hub& hub) : hub_(hub) {}

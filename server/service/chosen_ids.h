@@ -12,13 +12,13 @@ namespace proto = limber::v1;
 /// from there does not wrap.
 inline constexpr std::uint64_t kLargestChosenId = (std::uint64_t{1} << 53u) - 1;
 
-/// Ids of constraints, keyframes and targets that new edits and scenes add. What is stored already
-/// may have larger ones, which earlier servers took: it is not asked.
+/// Ids of constraints, keyframes and targets that new edits and scenes add. Stored ones are not
+/// checked: earlier servers accepted larger ones.
 /// @throws Refusal INVALID_ARGUMENT naming the field, e.g. edits[2].add.constraint.id
 void demand_chosen_ids(const proto::EditRequest& request);
 /// @throws Refusal INVALID_ARGUMENT naming the field, e.g. scene.constraints[3].id
 void demand_chosen_ids(const proto::Scene& scene);
-/// What demand_chosen_ids() refuses, added to those of a scene.
+/// The errors of demand_chosen_ids(), added to the issues of a scene.
 void add_issues_of_ids(const proto::Scene& scene, proto::ValidateSceneResponse& response);
 
 }  // namespace limber::server

@@ -1,4 +1,4 @@
-// Who may do what: the server's list of keys, read and changed.
+// Access control: reads and changes the server's list of keys.
 
 #include <fmt/format.h>
 
@@ -53,7 +53,7 @@ proto::ListAllowedResponse Service::list_allowed(const proto::ListAllowedRequest
 void Service::change_list(const Ticket& ticket, const std::function<void(AllowList&)>& change) {
   const std::lock_guard order(list_order_);
   const auto changed = change_allow_list(list_of(hub_.options.transport), [&](AllowList& list) {
-    // Meanwhile somebody may have taken it from whoever asks.
+    // Meanwhile another client may have taken the role from this one.
     const auto own = list.find(ticket.key());
     if (!ticket.key().empty()) {
       demand_role(own ? own->allowed.role : Role::kView, Role::kAdminister, "",

@@ -28,7 +28,7 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
       frame_range(request.first_frame(), request.frame_count(), frames->frame_count());
   if (request.encoding() == proto::ENCODING_SURFACE && !frames->has_surface())
     throw invalid("encoding", "the session's scene names no surface");
-  // A result without a number cannot be asked for again.
+  // A result without a number cannot be requested again.
   FrameRange part = range;
   if (request.most_bytes() != 0 && frames->sequence() != 0)
     part.count =

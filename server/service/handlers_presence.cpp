@@ -1,4 +1,4 @@
-// Who is in a session and who made which revision.
+// The clients in a session and the authors of its revisions.
 #include <mutex>
 
 #include "server/log/log.h"

@@ -10,7 +10,7 @@
 namespace limber::server {
 namespace {
 
-/// Who can ask for them may do as much without them.
+/// A client that can request them may do as much without them.
 void add_web_tokens(Role role, const WebEntrance& web, proto::GetServerInfoResponse& info) {
   for (const auto& [of_page, token] : web.tokens) {
     if (of_page > role) continue;

@@ -26,7 +26,7 @@ void Service::open_session(const SharedTicket& ticket, const Request& request) {
   const std::string& client = author.empty() ? ticket->client() : author;
   proto::Reply reply;
   kept_.demand_writable();
-  std::unique_lock<std::recursive_mutex> order;  // nobody edits or closes it before it is stored
+  std::unique_lock<std::recursive_mutex> order;  // no edits and no close before it is stored
   const auto record = open(request.open_session(), client, *reply.mutable_open_session(), order);
   note_revision(*record, *ticket, request.client_name(), 0, {"open_session"});
   if (!kept_.is_on()) {
@@ -37,7 +37,7 @@ void Service::open_session(const SharedTicket& ticket, const Request& request) {
                [this, record] { drop(record); });
 }
 
-/// Of a session that was opened and could not be stored.
+/// For a session that was opened and could not be stored.
 void Service::drop(const std::shared_ptr<Record>& record) {
   boost::asio::post(hub_.request_pool, [this, record] {
     sessions_.remove(*record);

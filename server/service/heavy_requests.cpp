@@ -104,7 +104,7 @@ void HeavyRequests::run_one() {
   boost::asio::post(pool_, [this] { run_one(); });
 }
 
-/// The first, of the client whose turn it is, whose session nothing else is done for.
+/// The first request of the next client whose session is not busy.
 std::optional<HeavyRequests::Request> HeavyRequests::next() {
   const bool sessions_may_run = running_sessions_ < session_threads_;
   for (std::size_t clients = turns_.size(); clients > 0; --clients) {
@@ -155,7 +155,7 @@ HeavyRequests::Request HeavyRequests::start(Line& line,
   return request;
 }
 
-/// A thread has done what it had for the session.
+/// A thread has finished a request of the session.
 void HeavyRequests::end(const std::string& session) {
   --running_sessions_;
   const auto its = sessions_.find(session);

@@ -32,13 +32,13 @@ class WaitingBytes {
   std::unordered_map<std::string, std::uint64_t> of_client_;  // of those that have any
 };
 
-/// Requests that wait for a thread of a pool. Clients take turns, so that one who sends thousands
-/// holds up another by no more than those that run; and the pool never has more than one entry per
-/// thread from here, so that what else is posted to it (frames of streams) has its turn too.
+/// Requests that wait for a thread of a pool. Clients take turns, so that one that sends thousands
+/// delays another only by those that run. The pool never has more than one entry per thread from
+/// here, so that other work in it (frames of streams) has its turn, too.
 ///
-/// Of a session, requests that name it here are worked on one at a time, those of a client in the
-/// order in which they came; all others in any order. One thread, where there are several, is left
-/// to the others: long edits of several sessions hold up no export.
+/// Requests that name a session here run one at a time per session, and those of a client in the
+/// order of arrival; all others run in any order. One thread, where there are several, is left to
+/// the others: long edits of several sessions hold up no export.
 class HeavyRequests {
  public:
   struct Request {
@@ -58,13 +58,13 @@ class HeavyRequests {
   void add(Request&& request);
   /// Does any request that names the session wait or run?
   [[nodiscard]] bool is_busy(const std::string& session) const;
-  /// What waits, of one client or of all: it is the caller's to answer. Of one client in the order
-  /// of arrival.
+  /// Waiting requests, of one client or of all: the caller answers them. Those of one client are in
+  /// the order of arrival.
   [[nodiscard]] std::vector<Request> take(const std::string& client);
   [[nodiscard]] std::vector<Request> take_all();
 
-  /// How often anything waiting was looked at, and how often a thread was asked for, so far: both
-  /// grow with the number of requests alone.
+  /// Number of looks at waiting requests, and of requests for a thread, since the start: both grow
+  /// with the number of requests alone.
   struct Steps {
     std::uint64_t looks = 0, posts = 0;
   };
@@ -108,7 +108,7 @@ class HeavyRequests {
   const Work work_;
   mutable std::mutex mutex_;                     // of what follows
   std::unordered_map<std::string, Line> lines_;  // of clients that have something waiting
-  std::list<std::string> turns_;                 // the same clients, whose turn is next first
+  std::list<std::string> turns_;                 // the same clients, in the order of their turns
   std::unordered_map<std::string, Session> sessions_;
   std::uint64_t last_ = 0;    // number
   int runners_ = 0;           // in the pool

@@ -14,8 +14,8 @@ namespace limber::server {
 /// earlier servers chose them.
 inline constexpr std::uint64_t kMostImportedNumber = kLargestChosenId + 1;
 
-/// Of what a session continues from: numbers that no server has counted to. What documents count
-/// with is checked where they begin (demand_reachable).
+/// Checks the numbers that a session continues from: counters that no server has reached. Counters
+/// of documents are checked where they begin (demand_reachable).
 /// @throws Refusal INVALID_ARGUMENT naming the field, e.g. content.checkpoint.body.last_number
 void demand_countable(const proto::StoredSession& stored);
 

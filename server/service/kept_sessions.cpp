@@ -30,8 +30,8 @@ store::OpenedSession opened_session(const Record& record, const proto::Scene& sc
           record.status().SerializeAsString()};
 }
 
-/// Of a session that this store has: limits of before may have been wider, and what was open stays.
-/// It may have as many constraints as it ever had.
+/// For a session of this store: earlier limits may have been wider, and open sessions stay. It may
+/// have as many constraints as it ever had.
 SceneContext context_of_stored(SceneContext context, const proto::StoredSession& stored) {
   const auto widen = [](auto& limit, std::uint64_t most) {
     using Number = std::decay_t<decltype(+limit)>;
@@ -71,7 +71,7 @@ void KeptSessions::recall(StoredReplies& replies) {
     // A damaged name is listed as far as it can be read.
     const std::string name = readable(head.name);
     SessionRegistry::Parked parked{{name, head.uid}, {}};
-    // What cannot be read is left out of a list.
+    // Unreadable statuses are left out of a list.
     if (!parked.status.ParseFromString(head.status)) parked.status.Clear();
     parked.status.set_session(name);
     parked.status.set_uid(head.uid);
@@ -90,7 +90,7 @@ void KeptSessions::recall(StoredReplies& replies) {
   for (auto& kept : hub_.store->replies(store::kReplySeconds)) {
     proto::Reply reply;
     if (kept.reply.empty() || !reply.ParseFromString(kept.reply)) {
-      // Known all the same: what was done is not to be done again.
+      // Recalled nevertheless: finished requests must not be repeated.
       reply.Clear();
       reply.set_version(1);
       reply.set_id(kept.id);

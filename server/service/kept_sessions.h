@@ -18,9 +18,9 @@
 
 namespace limber::server {
 
-/// Sessions and the store of the server: what is written of requests that change a session, before
-/// they are acknowledged, and how a session comes back; how sessions enter the registry. Of servers
-/// without a store, nothing is written. Thread-safe.
+/// Sessions and the store of the server. It writes requests that change a session before they are
+/// acknowledged, brings sessions back, and adds them to the registry. Without a store, nothing is
+/// written. Thread-safe.
 class KeptSessions {
  public:
   KeptSessions(Hub& hub, const Kinds& kinds, const SceneContext& scenes, SessionRegistry& sessions)
@@ -40,13 +40,13 @@ class KeptSessions {
   /// Before a change is made. @throws Error{kIo} while the store cannot be written
   void demand_writable() const;
 
-  /// Of a change that was made: it is written, and then answered. Where it could not be written,
-  /// the answer says so.
+  /// For a change that was made: it is written, and then answered. If it could not be written, the
+  /// answer reports it.
   /// @param undo  called where a session that was opened could not be written
   void opened(const SharedTicket& ticket, const std::shared_ptr<Record>& record,
               const proto::Scene& scene, proto::Reply reply, std::function<void()> undo);
   /// @param made  what the record says of it; with its edit_order()
-  /// @param name  what others call whoever made it
+  /// @param name  public name of the author
   void edited(const SharedTicket& ticket, Record& record, std::uint64_t revision,
               const proto::EditRequest& made, const std::string& name,
               const session::Author& author, proto::Reply reply);
@@ -61,15 +61,15 @@ class KeptSessions {
   /// A session that has to go for another: it is closed.
   void give_way(Record& record);
 
-  /// The session of a reference, brought back if it was parked: its scene is read, it
-  /// begins at its checkpoint, the edits behind that are made again, and its model is built.
-  /// @throws as SessionRegistry::find(); Error{kIo, "session"} where what is stored cannot be read
+  /// The session of a reference, brought back if it was parked: its scene is read, it begins at its
+  /// checkpoint, the later edits are made again, and its model is built.
+  /// @throws as SessionRegistry::find(); Error{kIo, "session"} if the stored session cannot be read
   [[nodiscard]] std::shared_ptr<Record> find(const std::string& reference);
   /// A session as one message. @throws as find()
   [[nodiscard]] proto::StoredSession load(const std::string& reference);
   struct Restored {
     std::shared_ptr<Record> record;
-    /// Its edit_order(): until it is let go, nobody edits or closes the session.
+    /// Its edit_order(): until its release, the session is neither edited nor closed.
     std::unique_lock<std::recursive_mutex> order;
   };
   /// Makes a session of a stored one, under a name that is reserved for it.
@@ -77,7 +77,7 @@ class KeptSessions {
     return restore(key, stored, scenes_, nullptr);
   }
   /// Writes all of a session that was restored from a file. With its edit_order(), held since
-  /// before it was in the registry: what others do to it is written behind it.
+  /// before it was in the registry: changes by others are written after it.
   void imported(const SharedTicket& ticket, Record& record, const proto::StoredSession& stored,
                 proto::Reply reply, std::function<void()> undo);
 

@@ -6,8 +6,8 @@
 
 namespace limber::server {
 
-/// What a server says of itself in the text format of Prometheus (0.0.4). Names of sessions and
-/// clients are not in it: whoever can reach the gateway may read it.
+/// The metrics of a server in the text format of Prometheus (0.0.4). They contain no names of
+/// sessions and clients: anyone who can reach the gateway may read them.
 /// @param info  with `status`
 [[nodiscard]] std::string metrics_text(const limber::v1::GetServerInfoResponse& info);
 

@@ -9,7 +9,7 @@ namespace limber::server {
 std::optional<Role> least_role(int body) {
   using Request = proto::Request;
   switch (static_cast<Request::BodyCase>(body)) {
-    // What is there, and what comes of it. Looking at a parked session brings it back.
+    // Queries, and waits for results. Looking at a parked session brings it back.
     case Request::kGetServerInfo:
     case Request::kListSessions:
     case Request::kGetSession:
@@ -31,7 +31,7 @@ std::optional<Role> least_role(int body) {
     case Request::kGetJob:
     case Request::kListJobs:
       return Role::kView;
-    // What changes something, or computes for whoever asks.
+    // Requests that change something, or compute for the client.
     case Request::kOpenSession:
     case Request::kRestoreSession:
     case Request::kCloseSession:  // of a parked one more: Service::close()

@@ -9,8 +9,7 @@
 
 namespace limber::server {
 
-/// The table of roles: what whoever sends a request must have at least. A request without a row
-/// does not compile.
+/// The table of roles: the lowest role for each request. A request without a row does not compile.
 /// @param body  Request::BodyCase, or any other number that a client may send: nothing
 [[nodiscard]] std::optional<Role> least_role(int body);
 

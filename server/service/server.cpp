@@ -117,8 +117,8 @@ Server::Ending Server::run() {
   return ending;
 }
 
-/// What changes something is acknowledged, and so written: first what was under way, then what came
-/// meanwhile, while nothing more is taken. Who waits for results does not hold it up.
+/// Changes are acknowledged, and so written: first open requests, then those that came meanwhile,
+/// while no more are accepted. Clients that wait for results do not delay it.
 void Server::drain() {
   const auto begin = Clock::now();
   std::unique_lock lock(mutex_);
@@ -135,7 +135,7 @@ void Server::drain() {
   wait_while([this] { return hub_.open_requests.old_lasting() > 0; });
   hub_.stopping.store(true);
   wait_while([this] { return hub_.open_requests.lasting() > 0; });
-  if (stop_) hub_.is_handed_over.store(false);  // it is to end, whoever began to drain it
+  if (stop_) hub_.is_handed_over.store(false);  // it is to end, even if a client began the drain
   lock.unlock();
   const std::uint64_t left = hub_.open_requests.lasting();
   const std::chrono::duration<double> took = Clock::now() - begin;

@@ -32,7 +32,7 @@ class Server {
   [[nodiscard]] const std::string& stream_endpoint() const {
     return hub_.transport.stream_endpoint();
   }
-  /// Where pages find it, and what they must show; empty without a gateway.
+  /// The addresses for pages, and the tokens that they must show; empty without a gateway.
   [[nodiscard]] const WebEntrance& web() const { return hub_.web; }
   /// Of this run.
   [[nodiscard]] const std::string& instance() const { return hub_.run.instance; }
@@ -42,8 +42,8 @@ class Server {
 
   /// Any thread, also from signals' handlers of control().
   void request_stop();
-  /// As request_stop(), once what is under way is acknowledged and stored, ServerOptions::drain_s
-  /// at most. New sessions and jobs are refused from now on.
+  /// As request_stop(), after open requests are acknowledged and stored, ServerOptions::drain_s at
+  /// most. New sessions and jobs are refused from now on.
   void request_drain();
   /// In place of those that it was made with, from now on. Any thread.
   void set_limits(const ServiceLimits& limits) { service_.set_limits(limits); }
@@ -63,7 +63,7 @@ class Server {
   };
   /// Blocks until a stop is requested, then shuts down within the grace.
   Ending run();
-  /// Of sessions, that could not be stored until the end. Behind run().
+  /// Number of changes of sessions that could not be stored until the end. Behind run().
   [[nodiscard]] std::size_t lost_changes() const { return lost_changes_; }
 
  private:

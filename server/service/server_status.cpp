@@ -1,4 +1,4 @@
-// How the server does: GetServerInfo, and what those who watch over it ask.
+// Health of the server: GetServerInfo, and the questions of monitoring.
 
 #include "server/runtime/process_use.h"
 #include "server/service/service.h"

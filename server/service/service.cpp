@@ -18,7 +18,7 @@
 namespace limber::server {
 namespace {
 
-constexpr std::uint64_t kLightBytes = 4 << 20;  // of what is handled on the transport's thread
+constexpr std::uint64_t kLightBytes = 4 << 20;  // for requests handled on the transport's thread
 
 /// By what the client calls itself, else by its connection, proxies included.
 std::string client_of(const Address& address, const RequestPeek& peek) {
@@ -41,7 +41,7 @@ bool is_short(const proto::EditRequest& request) {
          }) <= kSteps;
 }
 
-/// What its body calls its session; empty where that has none.
+/// The session reference in its body; empty if it has none.
 std::string called_session(const proto::Request& request) {
   const auto& reflection = *request.GetReflection();
   const auto* body =
@@ -54,8 +54,8 @@ std::string called_session(const proto::Request& request) {
   return message.GetReflection()->GetString(message, session);
 }
 
-/// In the place of a session's name, of edits whose session is not where it can be peeked. No name:
-/// it has a character that none has.
+/// Replaces a session's name for edits whose session cannot be peeked. No name: it has a character
+/// that none has.
 constexpr const char* kHiddenSession = "?";
 
 proto::Request parse(const zmq::message_t& payload) {
@@ -196,12 +196,12 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
   const bool large = payload.size() > kLightBytes;
   const bool is_heavy = verb_of(body).lane != Lane::kLight;
   const bool is_edit = body == proto::Request::kEdit;
-  // Of NAME and NAME@UID the name: requests of both are in one order.
+  // For NAME and NAME@UID, the name: requests of both are in one order.
   std::string session = peek_session(payload.to_string_view(), body);
   session.resize(std::min(session.size(), session.find('@')));
   // Edits that hide their session are all in one order, behind nothing else.
   if (is_edit && session.empty()) session = kHiddenSession;
-  // Behind edits of the session that wait for a thread: what is sent after them finds them made.
+  // After edits of the session that wait for a thread: later requests find these edits made.
   const bool is_behind =
       !session.empty() && (heavy_.is_busy(session) || sessions_.parked(session).has_value());
   if (!is_heavy && !(large && is_edit)) {
@@ -268,7 +268,7 @@ void Service::carry_out(const SharedTicket& ticket, const Request& request) {
   }
 }
 
-/// Of what a session lacks that has just come back from the store.
+/// For the missing parts of a session that has just come back from the store.
 bool Service::wait_for_return(const SharedTicket& ticket, const Request& request) {
   const std::string session = called_session(request);
   const auto record = sessions_.look_up(session.substr(0, session.find('@')));

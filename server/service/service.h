@@ -19,11 +19,11 @@
 
 namespace limber::server {
 
-/// Requests to answers. Light ones (few edits, waits, status) are handled where they arrive, on the
-/// transport's thread, in the order of arrival; heavy ones (meshes, frames) on a pool, in any
-/// order, and patient ones (exports, what begins jobs) on another, at the priority of jobs. Many
-/// edits of a session are made on the pool, too: as long as they run, what else a client sends to
-/// this session is handled behind them, in the order of arrival.
+/// Requests to answers. Light ones (few edits, waits, status) are handled on the transport's
+/// thread, in the order of arrival. Heavy ones (meshes, frames) run on a pool, in any order.
+/// Patient ones (exports, starts of jobs) run on another pool, at the priority of jobs. Many edits
+/// of a session are made on the pool, too. While they run, later requests of the client to this
+/// session are handled after them, in the order of arrival.
 class Service {
  public:
   /// @param request_stop  called when a client asks for shutdown
@@ -32,13 +32,13 @@ class Service {
   /// On the transport's thread. Never throws.
   void handle(Address address, zmq::message_t payload) noexcept;
   void subscribed(const std::string& prefix, Has has);
-  /// Now and then: what nobody uses is parked, on the pool.
+  /// Now and then: parks unused sessions, on the pool.
   void park_idle();
-  /// The status of parked sessions to its subscribers, who would ask after a silence.
+  /// Publishes the status of parked sessions: subscribers send requests after a silence.
   void publish_all_parked();
   [[nodiscard]] std::string overflow_reply(const Address& address,
                                            const UnreadReplies::Excess& excess) const;
-  /// A reply did not reach this client: what it has waiting for a thread is dropped.
+  /// A reply did not reach this client: its requests that wait for a thread are dropped.
   void gone(const std::string& client);
   /// Its connection has ended: what waits for a result, a job or a thread for it is released.
   void disconnected(const std::string& client);
@@ -57,17 +57,17 @@ class Service {
   /// Without token and `status`.
   [[nodiscard]] proto::GetServerInfoResponse info() const;
   void describe_status(proto::ServerStatus& status) const;
-  /// Why nobody should come now, a sentence each; empty: it is ready.
+  /// Reasons to send no clients now, a sentence each; empty: it is ready.
   [[nodiscard]] std::vector<std::string> not_ready() const;
-  /// From now on; what is open or runs stays.
+  /// From now on; open sessions and running jobs stay.
   void set_limits(const ServiceLimits& limits);
 
  private:
   using Request = proto::Request;
 
   // verbs.cpp: one row for each kind of request.
-  /// Where it is handled: on the transport's thread, or on a pool; at a lower priority where nobody
-  /// sees the answer move.
+  /// The thread of a request: the transport's, or one of a pool; a patient one has lower priority,
+  /// since its answer is not animated.
   enum class Lane { kLight, kHeavy, kPatient };
   /// Requests that leave something behind are done once, however often they come.
   enum class Effect { kNone, kLasting };
@@ -75,7 +75,7 @@ class Service {
     Lane lane = Lane::kLight;
     Effect effect = Effect::kNone;
     void (Service::*handle)(const SharedTicket& ticket, const Request& request) = nullptr;
-    /// Of requests about a session: what it is that other kinds have not.
+    /// For requests about a session: their subject, which other kinds lack.
     const char* subject = "";
   };
   /// @param body  Request::BodyCase, or any other number that a client may send
@@ -94,8 +94,8 @@ class Service {
   void dispatch(const SharedTicket& ticket, int body, zmq::message_t payload);
   void work_on(HeavyRequests::Request request);
   void work_patiently_on(HeavyRequests::Request request);
-  /// A patient request whose turn among the edits of its session has come. @returns whether it is
-  /// one
+  /// Takes a patient request when its turn among the edits of its session comes. @returns whether
+  /// it is one
   [[nodiscard]] bool pass_to_patient(HeavyRequests::Request& request);
   /// Drops what the client has waiting for a thread, unless it was repeated on another connection.
   void drop_waiting(const std::string& client);
@@ -119,7 +119,7 @@ class Service {
   proto::EditResponse edit(Record& record, const proto::EditRequest& request,
                            const session::Author& author);
   void take_design(const SharedTicket& ticket, const Request& request);
-  /// Of a revision that a request has made: it is stored, where sessions are, and then answered.
+  /// For a revision that a request has made: it is stored, if sessions are, and then answered.
   void keep_edit(const SharedTicket& ticket, const Request& request, Record& record,
                  std::uint64_t revision, proto::Reply reply);
   void wait(const proto::WaitRequest& request, const SharedTicket& ticket);
@@ -139,7 +139,7 @@ class Service {
   void join_session(const SharedTicket& ticket, const Request& request);
   void leave_session(const SharedTicket& ticket, const Request& request);
   Attendance::Joined enter(Record& record, const Ticket& ticket, const ClientIdentity& client);
-  /// Who makes a revision is in the session.
+  /// The author of a revision counts as present in the session.
   void note_revision(Record& record, const Ticket& ticket, const std::string& name,
                      std::uint64_t revision, std::vector<std::string> edits);
   void leave_all(const std::string& client);

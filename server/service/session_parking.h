@@ -9,9 +9,8 @@
 
 namespace limber::server {
 
-/// Bounds the memory of all sessions together. Those that nobody uses are parked: they stay in the
-/// store alone, and come back when somebody asks for them. Servers without a store park none.
-/// Thread-safe.
+/// Bounds the memory of all sessions together. Unused ones are parked: they stay in the store
+/// alone, and come back at the next request. Servers without a store park none. Thread-safe.
 class SessionParking {
  public:
   SessionParking(Hub& hub, SessionRegistry& sessions) : hub_(hub), sessions_(sessions) {}
@@ -28,21 +27,21 @@ class SessionParking {
     SessionParking& parking_;
     const std::uint64_t bytes_;
   };
-  /// Parks sessions, those first that were not asked for the longest, as far as it takes. Waits for
-  /// the store.
+  /// Parks sessions, those with the oldest requests first, as far as necessary. Waits for the
+  /// store.
   /// @throws Refusal LIMIT_EXCEEDED where that is not enough
   [[nodiscard]] std::unique_ptr<Room> make_room(const SessionMemory& memory);
 
-  /// Parks those that nobody has asked for since ServerOptions::park_after, and lets results go
-  /// that nobody fetches parts of any more.
+  /// Parks those without requests since ServerOptions::park_after, and releases results that are no
+  /// longer fetched in parts.
   void park_idle();
 
-  /// Of all sessions that are not parked [bytes].
+  /// Memory of all sessions that are not parked [bytes].
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   enum class People { kAbsent, kAny };
-  /// Those that nobody has asked for since then, the longest first.
+  /// Those without requests since then, the longest first.
   [[nodiscard]] std::vector<std::shared_ptr<Record>> idle(std::chrono::nanoseconds since,
                                                           People people) const;
   /// Says which sessions are in use, since those that rest were parked before.

@@ -14,8 +14,8 @@ namespace limber::server {
 
 /// The sessions by name. Thread-safe.
 ///
-/// A session whose build failed or was cancelled is there for whoever asks why, and for another
-/// try, but takes no place: it goes when a session of its name is opened, or, the oldest first,
+/// A session whose build failed or was cancelled stays available for questions and for another try,
+/// but takes no place. It is removed when a session of its name is opened or, the oldest first,
 /// when its place is needed.
 class SessionRegistry {
  public:
@@ -65,7 +65,7 @@ class SessionRegistry {
     SessionKey key;
     proto::SessionStatus status;
     std::shared_ptr<Attendance> people = nullptr;  // null: of before this run of the server
-    /// With who is in it now.
+    /// With the clients that are in it now.
     [[nodiscard]] proto::SessionStatus current_status() const;
   };
   void park(Parked parked);

@@ -9,7 +9,7 @@
 namespace limber::server {
 namespace {
 
-/// What a Request or Reply is: the member of its oneof; null where it is empty.
+/// The body of a Request or Reply: the member of its oneof; null if it is empty.
 const google::protobuf::FieldDescriptor* body_of(const google::protobuf::Message& message) {
   return message.GetReflection()->GetOneofFieldDescriptor(
       message, message.GetDescriptor()->FindOneofByName("body"));

@@ -71,7 +71,7 @@ class Part {
 /// @returns the number of sessions
 std::uint64_t check(const fs::path& copy, const fs::path& store) {
   Database database(copy, Database::Access::kWrite);
-  database.run("PRAGMA journal_mode = DELETE");  // a copy is one file, without a log beside it
+  database.run("PRAGMA journal_mode = DELETE");  // a copy is one file, without a separate log
   auto found = database.prepare("PRAGMA quick_check(1)");
   if (found.step() && found.bytes(0) != "ok")
     fail(ErrorCode::kIo, "folder",

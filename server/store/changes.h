@@ -29,7 +29,7 @@ struct SavedCheckpoint {
 /// The newest answer of a session.
 struct KeptAnswer {
   std::string answer;  // StoredAnswer
-  std::string status;  // SessionStatus, for lists; empty: what is known stays
+  std::string status;  // SessionStatus, for lists; empty: the stored one stays
 };
 struct ClosedSession {
   std::uint64_t uid = 0;
@@ -47,7 +47,7 @@ struct StartedRun {
 using Change = std::variant<OpenedSession, EditedSession, SavedCheckpoint, ClosedSession, KeptReply,
                             StartedRun>;
 
-/// What a session has when the server starts, without what is long.
+/// The stored data of a session at the start of the server, without the long parts.
 struct StoredHead {
   std::uint64_t uid = 0, revision = 0;
   std::string name, kind, status;

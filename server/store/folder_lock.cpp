@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is made here is its owner's alone; a folder that is there keeps its mode.
+/// A new folder is private to its owner; an existing one keeps its mode.
 std::error_code make_folder(const fs::path& folder) {
   std::error_code fault;
   if (fs::is_directory(folder, fault)) return {};

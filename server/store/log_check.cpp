@@ -19,7 +19,7 @@ std::uint32_t number(std::string_view header, std::size_t i) {
   return value;
 }
 
-/// Of all words of the log up to a place.
+/// Checksum of all words of the log up to a place.
 struct Sum {
   bool is_big_endian = false;
   std::uint32_t first = 0, second = 0;

@@ -5,10 +5,9 @@
 
 namespace limber::server::store {
 
-/// Of a write-ahead log of SQLite (https://www.sqlite.org/fileformat2.html, section 4):
-/// transactions that are written whole, but behind a frame that is not as it was written, where
-/// SQLite ends to read without a word. At least 1 where the log's header is damaged; 0 where the
-/// log is sound, or cannot be read.
+/// Checks a write-ahead log of SQLite (https://www.sqlite.org/fileformat2.html, section 4). It
+/// counts complete transactions after a damaged frame, at which SQLite silently stops reading. At
+/// least 1 where the log's header is damaged; 0 where the log is sound, or cannot be read.
 /// @param page_bytes  of the database: the log's own may be damaged
 [[nodiscard]] std::uint64_t lost_transactions(const std::filesystem::path& log,
                                               std::uint64_t page_bytes);

@@ -10,7 +10,7 @@ namespace limber::server::store {
 /// then, so that what makes room can be written. One thread.
 class Reserve {
  public:
-  /// Of the file: the log of removing a session, in parts, takes less [bytes].
+  /// Size of the file: the log of removing a session, in parts, takes less [bytes].
   static constexpr std::uint64_t kBytes = 1 << 20;
 
   explicit Reserve(std::filesystem::path file) : file_(std::move(file)) {}

@@ -21,10 +21,10 @@ enum class Seal {
 /// Takes the seal off.
 [[nodiscard]] Seal take_seal(std::string& row, const std::string& place);
 
-/// Of a row that a session has, or an edit or checkpoint of it.
+/// For a row of a session, or an edit or checkpoint of it.
 [[nodiscard]] std::string place_of(const char* table, std::uint64_t uid,
                                    std::uint64_t revision = 0);
-/// Of the reply to a request.
+/// For the reply to a request.
 [[nodiscard]] std::string place_of_reply(const std::string& client, std::uint64_t id);
 
 /// The first eight bytes of the ContentHash of these values.

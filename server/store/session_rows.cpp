@@ -18,8 +18,8 @@ namespace {
 
 namespace proto = limber::v1;
 
-/// Earlier servers wrote the bytes of a connection in place of a client's name, with which no edit
-/// can be read. @returns the edit without it; as it is, where it is damaged otherwise
+/// Earlier servers wrote the bytes of a connection in place of a client's name; such an edit cannot
+/// be read. @returns the edit without it; unchanged if damaged otherwise
 std::string without_client(const std::string& edit) {
   using google::protobuf::internal::WireFormatLite;
   google::protobuf::io::CodedInputStream bytes(reinterpret_cast<const std::uint8_t*>(edit.data()),
@@ -65,8 +65,8 @@ class SessionRows {
     return row.number(3);
   }
 
-  /// Where the session has a seal, so have all its rows, unless a server that knows none has had
-  /// the store since: a row that has lost its end has lost its seal.
+  /// If the session has a seal, so have all its rows, unless a server without seals has used the
+  /// store since. A row that has lost its end has lost its seal.
   bool is_sealed_as(const std::string& scene) {
     auto row = rows(
         "SELECT seal, NOT EXISTS (SELECT 1 FROM runs WHERE runs.rowid > seals.run AND"
@@ -109,7 +109,7 @@ class SessionRows {
     bool is_damaged = false;
     try {
       auto row = rows("SELECT answer FROM answers WHERE uid = ?");
-      auto status = rows("SELECT 1 FROM statuses WHERE uid = ?");  // written beside an answer
+      auto status = rows("SELECT 1 FROM statuses WHERE uid = ?");  // written with an answer
       is_damaged = row.step() ? !read_into(*stored_.mutable_answer(), row.bytes(0),
                                            place_of("answers", uid_))
                               : status.step();

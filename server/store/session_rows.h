@@ -7,8 +7,8 @@
 
 namespace limber::server::store {
 
-/// Reads all that is stored of a session. What is not as it was written is never passed on: an
-/// answer is left out then, with a line in the log (edits can be solved again); else it is refused.
+/// Reads all that is stored of a session. Damaged data are never passed on. A damaged answer is
+/// left out, with a line in the log (edits can be solved again); anything else is refused.
 /// @pre within one transaction: a checkpoint may be written meanwhile
 /// @throws Error{kNotFound, "session"}; {kIo, "session"} naming the row that is damaged
 [[nodiscard]] limber::v1::StoredSession read_session(Database& database, std::uint64_t uid);

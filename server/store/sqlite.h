@@ -63,15 +63,15 @@ class Database {
   /// Does nothing where the disk has no room for the file to grow by that: half of it would take
   /// the last room for nothing. @throws Error{kIo}
   void fold_log();
-  /// Copies what is committed into another file, which is made anew or overwritten. Others may read
-  /// and write meanwhile. @throws Error{kIo}
+  /// Copies the committed state into another file, which is made anew or overwritten. Others may
+  /// read and write meanwhile. @throws Error{kIo}
   void copy_to(const std::filesystem::path& copy);
   /// Rows that the last statement has changed.
   [[nodiscard]] std::uint64_t changed_rows() const;
   [[nodiscard]] std::optional<LogIndex> log_index() const;
   /// The log is not brought into the file when this is closed.
   void leave_log() noexcept;
-  /// Undoes what was begun; does nothing where nothing was.
+  /// Undoes an open transaction; does nothing without one.
   void roll_back() noexcept;
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
 

@@ -34,15 +34,15 @@ std::exception_ptr not_written(const std::string& fault, Store::Keep keep) {
   return std::make_exception_ptr(Error(ErrorCode::kIo, "", fmt::format("{}: {}", what, fault)));
 }
 
-/// What its session would miss: replies and runs are of no session.
+/// Changes that its session would miss: replies and runs are of no session.
 bool is_of_session(const Change& change) {
   return !std::holds_alternative<KeptReply>(change) && !std::holds_alternative<StartedRun>(change);
 }
 
 void seal(OpenedSession& opened) {
   add_seal(opened.status, place_of("sessions", opened.uid));
-  // The scene has none of its own: exports have it as it is, and older servers import no scene with
-  // a field that they do not know.
+  // The scene has no seal of its own: exports contain it unchanged, and older servers import no
+  // scene with an unknown field.
   opened.seal = seal_of({opened.name, opened.kind, opened.scene});
 }
 void seal(EditedSession& edited) {
@@ -68,7 +68,7 @@ bool is_no_matter_of_room(const std::exception& fault) {
          dynamic_cast<const WriterHasEnded*>(&fault) != nullptr;
 }
 
-/// What is read in one breath, whatever is written meanwhile.
+/// Reads a consistent state, even if others write meanwhile.
 class Reading {
  public:
   explicit Reading(Database& database) : database_(database) { database_.run("BEGIN"); }
@@ -93,7 +93,7 @@ Store::Store(StoreOptions options)
 
 Store::~Store() { end(); }
 
-/// A disk without room is no reason not to start: what is stored can be read, and sessions can go.
+/// A full disk is no reason not to start: stored sessions can be read and removed.
 void Store::open_writer() {
   try {
     writer_ = std::make_unique<Writer>(options_);
@@ -175,7 +175,7 @@ void Store::flush() {
   });
 }
 
-/// Changes stay in `work` until they are written; who waits for them is told once.
+/// Changes stay in `work` until they are written; waiting callers are notified once.
 void Store::write_all() {
   Work work;
   bool has_made_room = false;
@@ -187,7 +187,7 @@ void Store::write_all() {
     };
     const bool is_behind = !work.batches.empty() || !work.answers.empty();
     if (!is_behind) {
-      while (writer_->has_superseded()) {  // a few, then what has come meanwhile
+      while (writer_->has_superseded()) {  // a few, then newly arrived changes
         lock.unlock();
         const bool is_held = !forget_superseded();
         lock.lock();
@@ -206,7 +206,7 @@ void Store::write_all() {
     is_writing_ = true;
     lock.unlock();
     const auto [fault, may_room_help] = try_to_write(work);
-    if (!fault.empty()) {  // what has come meanwhile is not to wait for the next attempt
+    if (!fault.empty()) {  // changes that came meanwhile must not wait for the next attempt
       lock.lock();
       take_waiting(work);
       lock.unlock();
@@ -224,7 +224,7 @@ void Store::write_all() {
     for (const Done& done : answered) done(outcome(Keep::kUntilWritten));
     if (fault.empty()) {
       keep_house(work);
-      if (is_last) work = {};  // the edits that a checkpoint stands for are stored
+      if (is_last) work = {};  // the edits that a checkpoint replaces are stored
       reserve_.restore();
     } else {
       std::erase_if(work.batches, [](const Batch& batch) { return batch.keep == Keep::kNotAtAll; });
@@ -272,8 +272,8 @@ std::vector<Store::Done> Store::take_answer_callbacks(Work& work) {
   return all;
 }
 
-/// Changes and answers, in one transaction. Faults are noted, and their end, before anybody learns
-/// of it: what is refused from now on is so for this reason.
+/// Changes and answers, in one transaction. Faults, and their end, are noted before callers get
+/// them: later refusals give this reason.
 void Store::write(const Work& work) {
   if (work.batches.empty() && work.answers.empty()) return;
   writer_->begin();
@@ -304,8 +304,8 @@ Store::Outcome Store::try_to_write(const Work& work) {
   return outcome;
 }
 
-/// What nobody waits for. It waits for no lock either: an edit that comes meanwhile would wait for
-/// it, and then for its own.
+/// Work without waiting callers. It waits for no lock either: an edit that comes meanwhile would
+/// wait for it, and then for its own.
 void Store::keep_house(Work& work) {
   work.batches.clear();
   work.answers.clear();
@@ -313,7 +313,7 @@ void Store::keep_house(Work& work) {
   if (write_checkpoints(work)) forget_now_and_then();
 }
 
-/// What is written stays written, whether or not room is made behind it.
+/// Written data stay written, whether or not room is made after them.
 void Store::forget_now_and_then() {
   try {
     writer_->forget_now_and_then();
@@ -322,7 +322,7 @@ void Store::forget_now_and_then() {
   }
 }
 
-/// Behind the edits that they stand for, and behind the answers to who made them.
+/// After the edits that they replace, and after the answers to their authors.
 bool Store::write_checkpoints(Work& work) {
   if (work.checkpoints.empty()) return true;
   try {
@@ -414,8 +414,8 @@ void Store::note_written(std::size_t changes) {
   fault_.clear();
 }
 
-/// SQLite folds the log behind a commit: what it could not, it could not for a reader, since the
-/// sessions that this server reads are short.
+/// SQLite folds the log after a commit. If it could not, a reader prevented it, since the reads of
+/// this server are short.
 void Store::note_log() {
   const auto index = writer_->log_index();
   const bool is_held = index && index->unfolded_bytes() > kUnfoldedBytes;

@@ -30,13 +30,13 @@ class Writer;
 /// Thread-safe.
 ///
 /// Changes are written in the order in which they came, by a thread of the store's own; those that
-/// wait together are one transaction and one sync. Where that fails, all of it is kept and tried
-/// again until it succeeds; those that wait for it learn why at once. A store whose log is gone, or
+/// wait together are one transaction and one sync. If that fails, all of it is kept and tried again
+/// until it succeeds; waiting callers learn the reason at once. A store whose log was removed, or
 /// that another server has begun to write to, is not written any more.
 class Store {
  public:
-  /// Called once, by the store's thread (where that has ended, or cannot write, by the caller's):
-  /// null once what was given is written for good, else why it is not yet.
+  /// Called once, by the store's thread (or by the caller's, if that has ended or cannot write). It
+  /// gets null after the changes are written for good, else the reason for the delay.
   using Done = std::function<void(const std::exception_ptr& fault)>;
 
   /// Opens or makes the file, and begins to write. One server at a time has a folder.
@@ -53,19 +53,19 @@ class Store {
   /// Replaces the one that waits or is stored.
   /// @param done  called once this one or a newer one is written, or cannot be now
   void keep_answer(std::uint64_t uid, KeptAnswer answer, Done done = nullptr);
-  /// Stands for the edits of a session up to a revision, which must have been given before: they
-  /// go once it is written. Where it cannot be written it is given up, and they stay.
+  /// Stands for the edits of a session up to a revision, which must have been given before: they go
+  /// once it is written. If it cannot be written, it is given up, and they stay.
   void keep_checkpoint(SavedCheckpoint checkpoint);
   /// Returns when all that was given is written, or could not be.
   void flush();
 
   /// Writes what waits, and nothing that comes later. Once, or again without effect.
-  /// @returns changes of sessions that could not be written and are lost: the log says so, too
+  /// @returns changes of sessions that could not be written and are lost: the log reports them, too
   std::size_t end();
 
   /// Why changes cannot be written now; empty: they can.
   [[nodiscard]] std::string fault() const;
-  /// What an operator should look at while changes are written; empty: nothing.
+  /// A warning for administrators while changes are written; empty: nothing.
   [[nodiscard]] std::string warning() const;
   [[nodiscard]] std::vector<StoredHead> heads();
   /// @throws Error{kNotFound, "session"}; {kIo} where it cannot be read
@@ -113,7 +113,7 @@ class Store {
     bool may_room_help = false;  // on the disk, to what failed
   };
   [[nodiscard]] Outcome try_to_write(const Work& work);
-  /// Of what could not be written: sessions that are closed make room first.
+  /// For changes that could not be written: closed sessions make room first.
   /// @returns whether there were such, and they are removed
   bool make_room(Work& work);
   [[nodiscard]] bool remove(const std::set<std::uint64_t>& uids,

@@ -86,7 +86,7 @@ constexpr sqlite3_io_methods methods(int version) {
       pass_on<&M::xUnfetch, sqlite3_int64, void*>,
   };
 }
-/// Of files with all of these, as those of Unix are, and without what came after the first version.
+/// For files with all of these, like those of Unix, and without additions after the first version.
 const sqlite3_io_methods kMethods = methods(3), kFirstMethods = methods(1);
 
 int open_file(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, int* out_flags) {
@@ -94,7 +94,7 @@ int open_file(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags,
   auto* const made = ::new (file) File{};
   made->real = reinterpret_cast<sqlite3_file*>(made + 1);
   const int code = real_vfs->xOpen(real_vfs, name, made->real, flags, out_flags);
-  // SQLite closes what has methods, whether or not it could be opened.
+  // SQLite closes a file that has methods, whether or not it could be opened.
   if (const auto* real = made->real->pMethods)
     made->base.pMethods = real->iVersion >= 3 ? &kMethods : &kFirstMethods;
   return code;

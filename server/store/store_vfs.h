@@ -21,7 +21,7 @@ struct Syncs {
 /// @returns null, which is the default one, where it could not be made
 [[nodiscard]] const char* store_vfs();
 
-/// What the index of a write-ahead log says, which all its readers and writers share in memory
+/// The content of a write-ahead log's index, which all its readers and writers share in memory
 /// (https://sqlite.org/walformat.html, section 2).
 struct LogIndex {
   std::uint64_t frames = 0;      // that are committed

@@ -33,8 +33,8 @@ bool WatchedFiles::has_file() const {
 WatchedFiles::Log WatchedFiles::log(const Database& database) const {
   if (log_ == FileIdentity{}) return Log::kSound;  // SQLite had to do without one
   const bool has_index = find(options_.log_index()).identity == index_;
-  // Another process may cut off a log right after it has folded it: what the index says is asked
-  // for behind the length.
+  // Another process may cut off a log right after it has folded it, so the index is read after the
+  // length.
   const Found log = find(options_.log());
   if (log.identity == FileIdentity{}) return has_index ? Log::kRemoved : Log::kReplaced;
   if (log.identity != log_ || !has_index) return Log::kReplaced;

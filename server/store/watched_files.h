@@ -13,7 +13,7 @@ namespace limber::server::store {
 using FileIdentity = std::pair<std::uint64_t, std::uint64_t>;
 
 /// The files of a store that is open, by their names: whether these are still the files that SQLite
-/// writes to. What is written to a file without a name is lost with the process. One thread.
+/// writes to. Data written to a file without a name are lost with the process. One thread.
 class WatchedFiles {
  public:
   /// Remembers the file of the store. @pre it is open
@@ -24,7 +24,7 @@ class WatchedFiles {
   [[nodiscard]] bool has_file() const;
   enum class Log {
     kSound,
-    kRemoved,   // no file has its name, and SQLite alone holds what it held
+    kRemoved,   // no file has its name, and SQLite alone has its content
     kReplaced,  // another file has its name, or that of its index
     kCutOff,    // it is shorter than its committed frames
   };

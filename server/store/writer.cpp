@@ -19,8 +19,8 @@ namespace {
 
 namespace proto = limber::v1;
 
-// Of the tables. 1: all edits of a session are there; 2: there are checkpoints, which servers that
-// know form 1 alone must not pass over.
+// Version of the tables. 1: all edits of a session are there; 2: there are checkpoints, which
+// servers that know version 1 alone must not ignore.
 constexpr std::uint64_t kFirstForm = 1, kForm = 2;
 /// That are removed in one transaction where there is no room: less than a megabyte of log.
 constexpr std::uint64_t kFewEdits = 128;
@@ -33,8 +33,8 @@ std::uint64_t now_s() {
       std::chrono::duration_cast<std::chrono::seconds>(since).count());
 }
 
-/// While it lives, what is removed is not overwritten where that would be more to write, and the
-/// log is not folded unasked.
+/// During its lifetime, removed data are not overwritten if that would write more, and the log is
+/// not folded automatically.
 class Sparing {
  public:
   explicit Sparing(Database& database) : database_(database) {
@@ -76,8 +76,7 @@ Writer::Writer(const StoreOptions& options)
   check_is_limber_store();
   check_structure();
   if (damage_.empty()) check_log();
-  // Before the file has pages. Where it has, this would be a change, for which there may be no
-  // room.
+  // Before the file has pages. With pages, this would be a change, for which there may be no room.
   const auto vacuums = [this] {
     auto mode = database_.prepare("PRAGMA auto_vacuum");
     return mode.step() && mode.number(0) != 0;
@@ -104,12 +103,12 @@ Writer::Writer(const StoreOptions& options)
       "CREATE TABLE IF NOT EXISTS answers(uid INTEGER PRIMARY KEY, answer BLOB NOT NULL);"
       "CREATE TABLE IF NOT EXISTS checkpoints(uid INTEGER PRIMARY KEY, revision INTEGER NOT NULL,"
       " checkpoint BLOB NOT NULL);"
-      // Newer ones than those of `sessions`, whose rows are as long as their scenes.
+      // Newer ones than those of `sessions`, whose rows include long scenes.
       "CREATE TABLE IF NOT EXISTS statuses(uid INTEGER PRIMARY KEY, status BLOB NOT NULL);"
       // Whose edits are still to be removed.
       "CREATE TABLE IF NOT EXISTS removed_sessions(uid INTEGER PRIMARY KEY);"
       "CREATE TABLE IF NOT EXISTS runs(instance TEXT PRIMARY KEY, at INTEGER NOT NULL);"
-      // Of servers that seal what they write: rows of others, of before or in between, have no
+      // Written by servers that seal their rows: rows of others, earlier or in between, have no
       // seals. A session's seal is of its name, kind and scene; `run` was the newest when it came.
       "CREATE TABLE IF NOT EXISTS sealing_runs(instance TEXT PRIMARY KEY);"
       "CREATE TABLE IF NOT EXISTS seals(uid INTEGER PRIMARY KEY, seal BLOB NOT NULL,"
@@ -155,7 +154,7 @@ void Writer::prepare() {
       sql("UPDATE sessions SET revision = ?1, touched = ?2 WHERE uid = ?3 AND revision < ?1"),
       sql("INSERT OR REPLACE INTO answers SELECT ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?)"),
-      // One that took long comes behind a newer one, whose edits are gone.
+      // A slow one may come after a newer one, whose edits are removed already.
       sql("INSERT INTO checkpoints SELECT ?, ?, ? WHERE EXISTS"
           " (SELECT 1 FROM sessions WHERE uid = ?) ON CONFLICT(uid) DO UPDATE SET"
           " revision = excluded.revision, checkpoint = excluded.checkpoint"
@@ -177,8 +176,8 @@ void Writer::prepare() {
   if (damage_.empty()) find_superseded();
 }
 
-/// What a server left that ended right behind a checkpoint, or while it removed a session. Which
-/// edits a checkpoint stands for is said by its message, whose seal tells whether it is damaged.
+/// Cleans up after a server that ended right after a checkpoint, or while it removed a session. The
+/// message of a checkpoint names the edits that it replaces; its seal shows whether it is damaged.
 void Writer::find_superseded() {
   auto checkpoints = database_.prepare(
       "SELECT uid, revision, checkpoint FROM checkpoints WHERE EXISTS (SELECT 1 FROM edits"
@@ -206,8 +205,8 @@ void Writer::find_superseded() {
         database_.file().string(), unlisted.number(0));
 }
 
-/// A page that two tables have, as a damaged number may say, would be lost with the row of one that
-/// is removed: to a file that is damaged so, nothing is written.
+/// A damaged number can put one page into two tables. It would be lost with the row of a removed
+/// one, so nothing is written to a file with such damage.
 void Writer::check_structure() {
   auto found = database_.prepare("PRAGMA quick_check(1)");
   if (!found.step() || found.bytes(0) == "ok") return;
@@ -220,7 +219,7 @@ void Writer::check_structure() {
   log::error("{}", damage_);
 }
 
-/// Where a frame of the log is damaged, SQLite drops it and all behind it.
+/// If a frame of the log is damaged, SQLite drops it and all later ones.
 void Writer::check_log() {
   auto size = database_.prepare("PRAGMA page_size");
   if (!size.step()) return;
@@ -247,7 +246,7 @@ void Writer::remove_but_edits(std::uint64_t uid) {
 }
 
 void Writer::take(const OpenedSession& opened) {
-  // One of its name is there where that failed to be built, and nobody closed it.
+  // A session of its name exists if its build failed and it was not closed.
   std::uint64_t other = 0;
   if (auto& find = statements_->find.again().bind_text(opened.name); find.step())
     other = find.number(0);
@@ -348,7 +347,7 @@ void Writer::give_back() noexcept {
   if (!files_.has_file()) return;
   const Sparing sparing(database_);
   const auto fold = [&] {
-    // What is free is cut off before: the log need not bring it in.
+    // Free pages are cut off before: the log need not bring them in.
     try_to([&] { database_.run("PRAGMA incremental_vacuum"); });
     try_to([&] { database_.fold_log(); });
   };
@@ -400,8 +399,8 @@ void Writer::take(const StartedRun& run) {
   auto seals = database_.prepare("INSERT OR REPLACE INTO sealing_runs VALUES(?)");
   seals.bind_text(run.instance).step();
   begun_run_ = newest_run();
-  // So many that a client finds its own among them, were it away for years. By their numbers: the
-  // newest stays, whatever clocks say.
+  // Enough for a client to find its own after years of absence. They are removed by their numbers:
+  // the newest stays, whatever clocks say.
   database_.run(
       "DELETE FROM runs WHERE rowid <= (SELECT max(rowid) FROM runs) - 10000;"
       "DELETE FROM sealing_runs WHERE instance NOT IN (SELECT instance FROM runs)");
@@ -439,7 +438,7 @@ void Writer::forget_old() {
   begin();
   try {
     forget_replies();
-    // Of sessions that an earlier server removed.
+    // Left from sessions that an earlier server removed.
     database_.run(
         "DELETE FROM statuses WHERE uid NOT IN (SELECT uid FROM sessions);"
         "DELETE FROM seals WHERE uid NOT IN (SELECT uid FROM sessions)");

@@ -17,8 +17,8 @@
 
 namespace limber::server::store {
 
-/// A writer has ended for good: what it would write could be lost, or take the place of what
-/// another server has written. Code kIo.
+/// A writer has ended for good: its writes could be lost, or replace those of another server. Code
+/// kIo.
 class WriterHasEnded : public Error {
  public:
   explicit WriterHasEnded(const std::string& message) : Error(ErrorCode::kIo, "", message) {}
@@ -26,7 +26,7 @@ class WriterHasEnded : public Error {
 
 /// The writing end of a store's file: its tables, and what changes do to them. One thread.
 ///
-/// Of two servers on one folder the one that began later writes: the row number of its run is the
+/// If two servers use one folder, the one that began later writes. The row number of its run is the
 /// newest one of the table `runs`, and every transaction of another server ends at that.
 class Writer {
  public:
@@ -47,22 +47,21 @@ class Writer {
     begun_run_.reset();
     database_.roll_back();
   }
-  /// While what is returned lives, locks of other processes are LockedFile at once.
+  /// During the lifetime of the returned object, locks of other processes are LockedFile at once.
   [[nodiscard]] Database::NoWait without_waiting() { return Database::NoWait(database_); }
   [[nodiscard]] std::optional<LogIndex> log_index() const { return database_.log_index(); }
   void write(const Change& change);
   void write_answer(std::uint64_t uid, const KeptAnswer& answer);
-  /// Whether there are edits that a checkpoint stands for.
+  /// Whether there are edits that a checkpoint replaces.
   [[nodiscard]] bool has_superseded() const { return !superseded_.empty(); }
   /// Removes so many of them, in a transaction of its own: those that wait for the store are not
   /// held up for longer.
   void forget_superseded(std::uint64_t edits = 4096);
-  /// Removes sessions, with replies to those who closed them, by as little space as it can be done
-  /// with: their edits go in parts, and the log and what is free in the file are given back.
+  /// Removes sessions, with replies to the clients that closed them, in as little space as
+  /// possible. Their edits go in parts, and the log and free pages of the file are released.
   /// @throws Error{kIo}: nothing is removed
   void make_room(const std::set<std::uint64_t>& uids, const std::vector<KeptReply>& replies);
-  /// What is superseded, the log and free pages of the file go back to the disk, as far as they
-  /// can.
+  /// Superseded edits, the log and free pages of the file go back to the disk, as far as possible.
   void give_back() noexcept;
   /// They are removed behind the next checkpoint, or by the next server.
   void leave_superseded() { superseded_.clear(); }

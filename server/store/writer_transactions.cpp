@@ -1,4 +1,4 @@
-// Transactions of the writer: who may begin one, and where its files are still there.
+// Transactions of the writer: checks that it may begin one, and that its files are still there.
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ Writer::~Writer() {
   if (!files_.has_file()) database_.leave_log();
 }
 
-/// What is written to a file that was removed or moved away is there for nobody.
+/// Data written to a file that was removed or moved away are lost.
 void Writer::demand_file() const {
   if (!damage_.empty()) throw DamagedFile(damage_);
   if (files_.has_file()) return;
@@ -56,7 +56,7 @@ void Writer::demand_log() {
       log));
 }
 
-/// What SQLite still holds of it is brought into the file. @returns what has become of it
+/// Folds the part that SQLite still holds into the file. @returns the outcome
 std::string Writer::fold_removed_log() {
   roll_back();
   try {

@@ -31,7 +31,7 @@ bool is_name(const std::string& text) {
          });
 }
 
-/// The first word of what is left of a line, which is shortened by it.
+/// Takes the first word off the rest of a line.
 std::string take_word(std::string& rest) {
   const auto first = rest.find_first_not_of(kBlanks);
   if (first == std::string::npos) return {};
@@ -89,7 +89,7 @@ void replace_file(const fs::path& file, const File& folder, const std::string& t
     const File out(aside, O_WRONLY | O_CREAT | O_EXCL, 0600);
     is_written = out.is_open() && write_all(out, text);
     if (is_written) {
-      // Where the owner cannot be kept, the mode still is: it is that of whoever changes the list.
+      // If the owner cannot be kept, the mode still is: the file then belongs to the editing user.
       [[maybe_unused]] const int owner = ::fchown(out.number(), old.st_uid, old.st_gid);
       is_written = ::fchmod(out.number(), old.st_mode & 07777) == 0;
     }

@@ -11,7 +11,7 @@
 
 namespace limber::server {
 
-/// A client that may connect: who it is, and what it may do.
+/// A client that may connect: its name and its role.
 struct Allowed {
   Role role = Role::kEdit;
   std::string name;  // 1 to 64 of [A-Za-z0-9._@-]; empty: none
@@ -24,8 +24,8 @@ using AllowedKeys = std::map<std::string, Allowed>;
 /// Is it a Z85 key of 40 characters?
 [[nodiscard]] bool is_curve_key(const std::string& text);
 
-/// The file that says who may connect: lines `KEY [ROLE [NAME]] [# COMMENT]`. A key without a role
-/// may edit. Lines and comments that are not changed stay as they are.
+/// The file of clients that may connect: lines `KEY [ROLE [NAME]] [# COMMENT]`. A key without a
+/// role may edit. Lines and comments that are not changed stay as they are.
 class AllowList {
  public:
   /// @param file  for errors
@@ -51,7 +51,7 @@ class AllowList {
 
  private:
   struct Line {
-    std::string text;  // as it is written
+    std::string text;  // the original text
     std::optional<Entry> entry;
     std::string comment;  // from # on
   };
@@ -60,13 +60,13 @@ class AllowList {
   std::vector<Line> lines_;
 };
 
-/// @throws Error{kIo, kInvalidArgument} naming the file and line; where others than its owner and
-/// group may write it, too
+/// @throws Error{kIo, kInvalidArgument} naming the file and line; also if users other than its
+/// owner and group may write it
 [[nodiscard]] AllowList read_allow_list(const std::filesystem::path& file);
 
-/// Reads, changes and writes it: who reads it meanwhile reads all of the old or of the new one, and
-/// of two changes neither is lost. On disk when it returns.
-/// @param change  what it throws is passed on, and nothing is written
+/// Reads, changes and writes it: concurrent readers get all of the old or of the new one, and of
+/// two changes neither is lost. On disk when it returns.
+/// @param change  its exceptions are passed on, and nothing is written
 /// @throws Error{kIo, kInvalidArgument}
 AllowList change_allow_list(const std::filesystem::path& file,
                             const std::function<void(AllowList&)>& change);

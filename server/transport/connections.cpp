@@ -68,7 +68,7 @@ std::optional<Connections::Ended> Connections::end(const EndedConnections& ended
 }
 
 void Connections::cut_off(const Peer& peer) {
-  if (peer.file >= 0) ::shutdown(peer.file, SHUT_RDWR);  // of what is no socket: ENOTSOCK
+  if (peer.file >= 0) ::shutdown(peer.file, SHUT_RDWR);  // for a file that is no socket: ENOTSOCK
 }
 
 void Connections::cut_off(std::uint64_t number) const {

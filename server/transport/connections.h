@@ -58,7 +58,7 @@ class Connections {
   void cut_off(std::uint64_t number) const;
   /// The open one of this client, if there is one.
   void cut_off_client(const std::string& client) const;
-  /// Cuts off those whose key is not allowed. @returns their number
+  /// Cuts off connections whose key is not allowed. @returns their number
   std::size_t cut_off_others(const AllowedKeys& allowed);
 
  private:

@@ -7,14 +7,14 @@
 
 namespace limber::server {
 
-/// What has happened since the start; shown by GetServerInfo. Any thread may add.
+/// Events since the start; shown by GetServerInfo. Any thread may add.
 struct Counters {
   std::atomic<std::uint64_t> requests{0};  // messages on the request socket, readable or not
   std::atomic<std::uint64_t> replies{0};   // handed to the socket
   std::atomic<std::uint64_t> errors{0};  // replies that are errors, without waits that are not over
   std::atomic<std::uint64_t> malformed{0};          // of them: unreadable bytes
   std::atomic<std::uint64_t> dropped_requests{0};   // cannot be answered: envelope without end
-  std::atomic<std::uint64_t> dropped_replies{0};    // the client is gone, or reads nothing
+  std::atomic<std::uint64_t> dropped_replies{0};    // the client has disconnected, or reads nothing
   std::atomic<std::uint64_t> repeated_requests{0};  // that were applied before: answered again
   std::atomic<std::uint64_t> published{0};          // stream messages handed to the socket
   std::atomic<std::uint64_t> replaced{

@@ -13,7 +13,7 @@ struct CurveKeys {
   std::string public_key, secret_key;
 };
 
-/// What makes a socket safe beyond loopback: the server's secret and the clients that may connect.
+/// Keys for a socket beyond loopback: the server's secret and the clients that may connect.
 struct CurveSetup {
   CurveKeys server;
   AllowedKeys allowed;
@@ -36,7 +36,7 @@ void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys);
 /// @throws Error{kInvalidArgument} naming the file
 [[nodiscard]] std::string curve_key_of(const std::string& text, const std::string& file);
 
-/// @param secret_file  one Z85 key; refused if others than the owner may read it
+/// @param secret_file  one Z85 key; refused if other users may read it
 /// @param allow_file   see read_allowed_keys()
 /// @throws Error{kIo, kInvalidArgument} naming the file and line
 [[nodiscard]] CurveSetup read_curve_setup(const std::filesystem::path& secret_file,

@@ -1,4 +1,4 @@
-// Those who follow streams by the request socket: Transport's part for them.
+// Followers of streams by the request socket: Transport's part for them.
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 constexpr auto kTendEvery = 100ms;
 // One that waits for shorter is only slow.
 constexpr auto kLeastStall = 1s;
-// What a connection holds is free some time after its end.
+// The memory of a connection is free some time after its end.
 constexpr auto kRelieveEvery = 200ms;
 
 double seconds(std::chrono::milliseconds time) {
@@ -67,10 +67,10 @@ void Transport::tend_followers() {
   pump_followers();  // of some only the network was full
 }
 
-/// What is unread takes too much: the one that has stalled for longest goes. Where nobody has for a
-/// second, they only read too slowly, all together: of what waits for those that hold most, changes
-/// that newer ones continue are given up. The newest of a topic stays: nothing might come after it.
-/// Where that is not enough, the one goes that holds most, and gets a snapshot when it comes again.
+/// Too much is unread: ends the follower that has stalled for longest. If none has stalled for a
+/// second, all read too slowly: the followers that hold most lose waiting changes that newer ones
+/// continue. The newest of a topic stays: nothing might come after it. If that is not enough, the
+/// follower that holds most is ended, and gets a snapshot when it comes again.
 void Transport::relieve_memory() {
   const auto now = Followers::Clock::now();
   const auto* stalled = followers_.most_stalled(now);
@@ -129,7 +129,7 @@ Followers::Sent Transport::send_now(const Followers::Follower& follower,
     router_.send(zmq::buffer(position.SerializeAsString()), zmq::send_flags::dontwait);
     counters_.followed.fetch_add(1, std::memory_order_relaxed);
   } catch (const zmq::error_t& fault) {
-    if (fault.num() != EHOSTUNREACH) throw;  // gone: its end is told of
+    if (fault.num() != EHOSTUNREACH) throw;  // disconnected: its end is reported separately
   }
   return Followers::Sent::kYes;
 }

@@ -59,7 +59,7 @@ void FollowedStream::credit(std::uint64_t read_bytes, Clock::time_point now) {
   read_bytes_ = read;
   const std::size_t before = under_way_.size();
   while (!under_way_.empty() && under_way_.front() <= read) under_way_.pop_front();
-  // Who reads a byte now and then reads nothing.
+  // A client that reads a byte now and then counts as stalled.
   if (under_way_.size() < before) stalled_since_.reset();
   note_stall(now);
 }

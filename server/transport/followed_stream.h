@@ -13,8 +13,8 @@
 
 namespace limber::server {
 
-/// What one follower is sent (follow.proto): against its credit, with a queue that is bounded in
-/// bytes behind it. Knows no sockets. Not thread-safe.
+/// Messages to one follower (follow.proto): sent against its credit, from a queue that is bounded
+/// in bytes. Knows no sockets. Not thread-safe.
 class FollowedStream {
  public:
   using Clock = std::chrono::steady_clock;
@@ -60,29 +60,29 @@ class FollowedStream {
     TopicSlots::Keep keep = TopicSlots::Keep::kNewest;
     std::uint64_t last_bytes = 0;
   };
-  /// What is to be sent now, as long as fewer bytes than the window are unread, and not many more
-  /// unwritten: a client may say that it has read what it has not. It counts as sent.
+  /// The next message, as long as fewer bytes than the window are unread, and not many more
+  /// unwritten: a client may give credit for unread bytes. It counts as sent.
   [[nodiscard]] std::optional<Message> next(Clock::time_point now);
 
   /// The message that next() has just returned could not be sent: it waits again, before all
   /// others.
   void put_back(Message&& message, Clock::time_point now);
-  /// Of what waits there are messages that it gets newer ones for (StreamQueue).
+  /// Whether messages wait that newer ones in the queue replace (StreamQueue).
   [[nodiscard]] bool has_spare() const { return queue_.has_spare(); }
   /// Gives those up. One that has stalled still has. @returns the messages
   std::uint64_t give_up_spare();
 
   /// The client has read up to this position; one that was never reached counts as the newest.
   void credit(std::uint64_t read_bytes, Clock::time_point now);
-  /// Its connection has ended: what waits is given up. What is under way counts as left out as far
-  /// as resume() does not say that it was read.
+  /// Its connection has ended: what waits is given up. Sent messages count as left out unless
+  /// resume() confirms that they were read.
   void suspend();
   /// On a new connection.
   void resume(std::uint64_t read_bytes, Clock::time_point now);
 
   [[nodiscard]] std::uint64_t waiting_bytes() const { return queue_.bytes(); }
   [[nodiscard]] std::uint64_t unread_bytes() const { return sent_bytes_ - read_bytes_; }
-  /// What this process has of it: what waits, and what is not written to the network.
+  /// Its bytes in this process: waiting messages, and those not written to the network.
   [[nodiscard]] std::uint64_t held_bytes() const { return waiting_bytes() + unwritten_bytes(); }
   [[nodiscard]] std::uint64_t unwritten_bytes() const {
     return unwritten_->load(std::memory_order_relaxed);
@@ -102,7 +102,7 @@ class FollowedStream {
   StreamQueue queue_;
   std::uint64_t window_ = kWindow;
   std::uint64_t sent_bytes_ = 0, read_bytes_ = 0;
-  // Of the newest message: libzmq may still hold it for a moment when the client has read it.
+  // Bytes of the newest message: libzmq may hold it for a moment after the client has read it.
   std::uint64_t last_bytes_ = 0;
   Unwritten::Count unwritten_ = std::make_shared<std::atomic<std::uint64_t>>(0);
   std::deque<std::uint64_t> under_way_;  // positions of messages that are sent and not read

@@ -18,13 +18,13 @@
 
 namespace limber::server {
 
-/// What a subscriber has of a topic that it asks for.
+/// The state of a subscriber for a topic that it requests.
 enum class Has {
   kNothing,
   kNewest,  // the newest message that was published; of prefixes of topics never said
 };
 
-/// What a client asks for that follows a stream (FollowRequest).
+/// A client's request to follow a stream (FollowRequest).
 struct Following {
   struct Topic {
     std::string prefix;
@@ -33,7 +33,7 @@ struct Following {
   std::string stream;
   std::vector<Topic> topics;
   std::uint64_t read_bytes = 0, window_bytes = 0;
-  // Who asks, for those who look: its number, and what people call it.
+  // The client, for display: its number, and its public name.
   std::uint64_t client = 0;
   std::string name;
 };
@@ -59,8 +59,7 @@ struct FollowerUse {
   double stalled_s = 0;
 };
 
-/// Those who follow streams, and what is known of those that did. One thread changes it, any may
-/// ask uses().
+/// Followers of streams, and records of ended ones. One thread changes it, any may ask uses().
 class Followers {
  public:
   using Clock = FollowedStream::Clock;
@@ -72,7 +71,7 @@ class Followers {
   struct Follower {
     std::uint64_t number = 0;  // as a subscriber (Subscriptions)
     std::uint64_t group = 0;   // those of its connection have the same (Subscriptions)
-    std::string key;           // of the stream: who may continue it, and its name
+    std::string key;           // of the stream: its owner's key, and its name
     Address address;
     std::uint64_t client = 0;
     std::string name;
@@ -94,7 +93,7 @@ class Followers {
   struct Begun {
     FollowAnswer answer;
     Follower* follower = nullptr;  // null: it has ended
-    /// Prefixes that are new to it, with what was read of them.
+    /// Prefixes that are new to it, with their last read positions.
     std::vector<Following::Topic> fresh;
   };
   /// A stream is where its requests come from, by the frames before them: clients behind one proxy
@@ -110,7 +109,7 @@ class Followers {
   /// All of the connection with this routing id, in the same way.
   void end_connection(const std::string& connection, const std::string& reason);
 
-  /// Into the queues of those who want it. @returns messages that were given up for it
+  /// Into the queues of the subscribers. @returns messages that were given up for it
   std::uint64_t publish(const std::string& topic, const SharedMessages& messages,
                         TopicSlots::Keep keep, Clock::time_point now);
   enum class Sent { kYes, kFull };
@@ -129,7 +128,7 @@ class Followers {
       }
     }
   }
-  /// Those whose messages have been waiting without credit for this long.
+  /// Followers whose messages have been waiting without credit for this long.
   [[nodiscard]] std::vector<const Follower*> stalled(Clock::duration most,
                                                      Clock::time_point now) const;
   /// The one that has been so for longest; null: none.
@@ -156,7 +155,7 @@ class Followers {
     std::list<std::string>::iterator place;  // in remembered_order_
   };
   using Attached = std::unordered_map<std::string, std::unique_ptr<Follower>>;
-  /// Where requests with these frames come from: no two envelopes give the same.
+  /// Origin of requests with these frames: no two envelopes give the same.
   [[nodiscard]] static std::string place_of(const Address& address);
   struct OfConnection {
     std::size_t streams = 0;

@@ -7,8 +7,8 @@
 
 namespace limber::server {
 
-/// A request to follow a stream, without who asks.
-/// @param instance  this run of the server: what was read of another one says nothing
+/// A request to follow a stream, without its client.
+/// @param instance  this run of the server: positions read from another run are ignored
 /// @throws Refusal INVALID_ARGUMENT naming stream or topics[i].prefix, LIMIT_EXCEEDED naming topics
 [[nodiscard]] Following following_of(const v1::FollowRequest& request, const std::string& instance);
 

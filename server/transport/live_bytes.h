@@ -14,7 +14,7 @@ namespace limber::server {
 /// message counts once, however many it is for. Thread-safe.
 class LiveBytes {
  public:
-  /// The messages count until the last who shares them lets them go, which may outlive this.
+  /// The messages count until their last owner releases them, which may outlive this.
   [[nodiscard]] SharedMessages counted(std::vector<StreamBytes> messages) {
     auto held = std::make_shared<Held>(std::move(messages), total_);
     const auto* content = &held->messages;

@@ -1,4 +1,4 @@
-// What clients do that come by other ways than the two sockets: Transport's part for them.
+// Events of clients that do not use the two sockets: Transport's part for them.
 
 #include <utility>
 

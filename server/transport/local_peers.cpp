@@ -58,7 +58,7 @@ zmq::message_t message_of(std::string bytes) {
 zmq::message_t message_of(std::shared_ptr<const StreamBytes> bytes) {
   using Shared = std::shared_ptr<const StreamBytes>;
   auto* held = new Shared(std::move(bytes));
-  // libzmq writes nothing into what it sends.
+  // libzmq never writes into sent data.
   return {const_cast<char*>((*held)->data()), (*held)->size(),
           [](void*, void* hint) { delete static_cast<Shared*>(hint); }, held};
 }

@@ -15,8 +15,8 @@
 namespace limber::server {
 
 /// A client that is connected to this process by other means than the two sockets, a page's
-/// WebSocket for one. What it asks is handled as what comes by the sockets. Called on the
-/// transport's thread: must be quick, and must not call back.
+/// WebSocket for one. Its requests are handled like those of the sockets. Called on the transport's
+/// thread: must be quick, and must not call back.
 class LocalPeer {
  public:
   LocalPeer() = default;
@@ -28,10 +28,10 @@ class LocalPeer {
   virtual void taken(std::size_t bytes) = 0;
   /// @param unread  to be kept until the bytes are written to the network
   virtual void reply(std::string bytes, UnreadReplies::Hold unread) = 0;
-  /// A peer that cannot send yet keeps what `keep` says; it holds up nobody else.
+  /// A peer that cannot send yet keeps messages as `keep` requires; it delays no other peer.
   virtual void publish(const std::string& topic, const SharedMessages& messages,
                        TopicSlots::Keep keep) = 0;
-  /// It has too many subscriptions; what it sends is ignored from now on.
+  /// It has too many subscriptions; its messages are ignored from now on.
   virtual void cut_off(const std::string& reason) = 0;
 };
 
@@ -61,7 +61,7 @@ class LocalPeers {
   std::unordered_map<std::uint64_t, Known> peers_;
 };
 
-/// What a local peer does, in the order in which it does it.
+/// An action of a local peer, in their order.
 struct LocalEvent {
   enum class What { kJoins, kAsks, kSubscribes, kLeaves };
   std::uint64_t number = 0;

@@ -10,7 +10,7 @@ namespace limber::server {
 enum class Role : std::uint8_t {
   kView,        // list, look, follow streams, export results
   kEdit,        // open, edit, restore and close sessions; begin and cancel jobs
-  kAdminister,  // stop the server, say who may do what
+  kAdminister,  // stop the server, assign roles
 };
 
 /// As in files, on command lines and in errors: "view", "edit", "administer".

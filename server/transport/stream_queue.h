@@ -14,12 +14,12 @@
 
 namespace limber::server {
 
-/// Stream messages that wait for one page or follower, bounded by their bytes. Of topics where
-/// newer messages replace older ones the newest publication stays; topics in order stay whole, from
-/// the newest publication of kBegin. Topics take turns, a message each. Not thread-safe.
+/// Stream messages that wait for one page or follower, bounded by their bytes. In topics where
+/// newer messages replace older ones, the newest publication stays; topics in order stay whole,
+/// from the newest publication of kBegin. Topics take turns, a message each. Not thread-safe.
 class StreamQueue {
  public:
-  /// What a message costs besides its bytes.
+  /// Overhead of a message besides its bytes.
   static constexpr std::uint64_t kMessageBytes = 256;
 
   explicit StreamQueue(std::uint64_t limit) : limit_(limit) {}
@@ -33,11 +33,11 @@ class StreamQueue {
   /// be larger than the limit, and still reaches a page that is slow. For the same reason neither
   /// counts what begins a topic in order, nor a publication in order before which none waits.
   Put put(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
-  /// As put(), for who can do without what waits: where messages in order would pass the limit,
-  /// all that waits in order is given up for them.
+  /// As put(), for receivers that can do without waiting messages: if messages in order would pass
+  /// the limit, all waiting ones in order are given up.
   void put_newest(const std::string& topic, const SharedMessages& messages, TopicSlots::Keep keep);
 
-  /// Of messages, by what bounds them.
+  /// Class of a message, by its bound.
   enum class Part : std::uint8_t {
     kNewest,
     kBegin,  // of one publication a topic
@@ -56,9 +56,9 @@ class StreamQueue {
   /// It is the next one again, as if it had not been taken. Nothing may have been put since.
   void put_back(Message&& message);
 
-  /// Messages in order that something newer of their topic stands for: all but what begins a topic,
-  /// or, where that is continued already, the newest one. Who gets that one sees that it misses
-  /// others. Of kNewest there are none.
+  /// Messages in order that a newer one of their topic replaces: all except one that begins a topic
+  /// or, if that is continued already, the newest one. The receiver of that one detects the missing
+  /// ones. Of kNewest there are none.
   [[nodiscard]] bool has_spare() const;
   /// Gives those up.
   void give_up_spare();

@@ -22,7 +22,7 @@ Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_v
   if (message.empty() || (message[0] != 0 && message[0] != 1)) return Noted::kNothing;
   const std::string prefix(message.substr(1));
   const std::unique_lock lock(mutex_);
-  if (message[0] == 0) {  // of a connection that has ended libzmq says so without its number
+  if (message[0] == 0) {  // libzmq reports it without a number if its connection has ended
     const auto found = subscribers_.find(connection);
     if (found != subscribers_.end() && found->second.prefixes.erase(prefix) > 0) release(prefix);
     return Noted::kNothing;
@@ -54,7 +54,7 @@ bool Subscriptions::make_room_for(std::uint64_t connection) {
   return true;
 }
 
-/// Of the group with most prefixes the one with most; of several the given one, else the oldest.
+/// The largest subscriber of the largest group; if several are equal, the given one or the oldest.
 std::uint64_t Subscriptions::greediest(std::uint64_t of_equals) const {
   std::unordered_map<std::uint64_t, std::size_t> of_groups;
   for (const auto& [connection, subscriber] : subscribers_)

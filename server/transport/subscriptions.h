@@ -10,8 +10,8 @@
 
 namespace limber::server {
 
-/// What subscribers asked for: prefixes of topics, by connection, or by stream where a connection
-/// has several. Thread-safe.
+/// Requests of subscribers: prefixes of topics, by connection, or by stream if a connection has
+/// several. Thread-safe.
 class Subscriptions {
  public:
   static constexpr std::size_t kLongestTopic = 128;   // longer prefixes match no topic of ours
@@ -25,12 +25,12 @@ class Subscriptions {
   };
   /// @param connection  Peer::number; of a stream a number of its own
   /// @param message  from the XPUB socket: 1 or 0, then the prefix
-  /// @param group  whose members make room together: streams of a connection; 0: it is alone. A
+  /// @param group  subscribers that make room together (streams of a connection); 0: it is alone. A
   /// number of one of them, and always the same
   Noted note(std::uint64_t connection, std::string_view message, std::uint64_t group = 0);
-  /// Those that had to make room, each reported once: where all together have kMaxPrefixes, of the
-  /// group that has most the one that has most gives all of its own for a new one of another.
-  /// Messages of it are ignored from then on.
+  /// Those that had to make room, each reported once. If all together have kMaxPrefixes, the
+  /// largest member of the largest group loses all its prefixes for a new one of another. Messages
+  /// of it are ignored from then on.
   [[nodiscard]] std::vector<std::uint64_t> take_displaced();
   /// The connection has ended.
   void forget(std::uint64_t connection);

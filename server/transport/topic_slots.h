@@ -16,15 +16,15 @@ namespace limber::server {
 using StreamBytes = std::string;
 /// The transport appends as much to each, its sequence number.
 inline constexpr std::size_t kSequenceBytes = 11;
-/// Messages of one publication, shared by all who have still to send them.
+/// Messages of one publication, shared by all pending sends.
 using SharedMessages = std::shared_ptr<const std::vector<StreamBytes>>;
 [[nodiscard]] inline SharedMessages shared(std::vector<StreamBytes> messages) {
   return std::make_shared<const std::vector<StreamBytes>>(std::move(messages));
 }
 
-/// What waits to be sent, newest wins: one slot per topic. Unless its messages continue each other,
-/// a publication replaces what is left of the one before it, so a subscriber that does not keep up
-/// gets newer frames, never an ever longer queue. Not thread-safe.
+/// Messages that wait to be sent, newest wins: one slot per topic. Unless its messages continue
+/// each other, a publication replaces the rest of the one before it. A subscriber that does not
+/// keep up gets newer frames, never an ever longer queue. Not thread-safe.
 class TopicSlots {
  public:
   using Clock = std::chrono::steady_clock;
@@ -37,7 +37,7 @@ class TopicSlots {
 
   explicit TopicSlots(std::chrono::milliseconds patience) : patience_(patience) {}
 
-  /// What happens to messages of the topic that wait.
+  /// Treatment of waiting messages of the topic.
   enum class Keep {
     kNewest,  // they are given up for newer ones
     kOrder,   // they stay before newer ones; beyond kMostInOrder the oldest go
@@ -50,7 +50,7 @@ class TopicSlots {
                   Keep keep = Keep::kNewest);
 
   /// Sends what can be sent. A topic whose subscriber stays full for longer than the patience is
-  /// forced: the others get it, the full one misses it.
+  /// forced: the others get the message, the full one misses it.
   void flush(const Send& send, Clock::time_point now);
 
   [[nodiscard]] bool empty() const { return slots_.empty(); }

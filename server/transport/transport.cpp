@@ -18,11 +18,11 @@ namespace limber::server {
 namespace {
 
 constexpr int kLingerMs = 500;
-// Of a connection, in the kernel (which takes twice as many): as much of a large message is copied
-// at a time, for which the acknowledgements of others wait; libzmq has one thread for all. A
-// network of 50 ms still gets 10 MB/s.
+// Buffer of a connection in the kernel (which takes twice as many): as much of a large message is
+// copied at a time. Acknowledgements to others wait for that copy, since libzmq has one thread for
+// all. A network of 50 ms still gets 10 MB/s.
 constexpr int kSendBytes = 256 << 10;
-// Those are told why they were cut off.
+// Followers get the reason before they are cut off.
 constexpr std::chrono::seconds kLaterThanFollowers{5};
 constexpr int kRequestsPerRound = 256;  // then replies and streams get their turn
 constexpr std::size_t kMaxTopics = 100'000;
@@ -86,7 +86,7 @@ void TransportOptions::validate() const {
               endpoint));
     }
   }
-  // Where the system chooses the port or path, addresses that read the same are two.
+  // If the system chooses the port or path, equal addresses are two different ones.
   if (for_bind(bind) == for_bind(stream) && !for_bind(bind).ends_with('*'))
     throw invalid("--stream", fmt::format("{} is the address of --bind, too", stream));
   if (request_queue <= 0) throw invalid("request_queue", "must be > 0");
@@ -109,7 +109,7 @@ Transport::Transport(TransportOptions options, Counters& counters)
       slots_(options_.patience),
       followers_(options_.stream_bytes, subscriptions_) {
   options_.validate();
-  // One thread of the context: what it tells comes in the order in which it happened.
+  // One thread of the context: it reports events in their order.
   zap_ = std::make_unique<ZapHandler>(
       context_, options_.curve ? std::optional(options_.curve->allowed) : std::nullopt, counters_,
       [this](const EndedConnections& ended) { enqueue(ended); });
@@ -122,8 +122,8 @@ Transport::Transport(TransportOptions options, Counters& counters)
   router_.set(zmq::sockopt::router_mandatory, 1);
   router_.set(zmq::sockopt::sndhwm, options_.reply_queue);
   router_.set(zmq::sockopt::rcvhwm, options_.request_queue);
-  // Beyond the limit there is room for an answer that says so; only far beyond it the peer is cut
-  // off.
+  // Beyond the limit there is room for an answer that reports it; only far beyond it the peer is
+  // cut off.
   router_.set(zmq::sockopt::maxmsgsize,
               static_cast<std::int64_t>(2 * options_.message_bytes + (1 << 20)));
   xpub_.set(zmq::sockopt::sndhwm, options_.stream_queue);
@@ -191,7 +191,7 @@ void Transport::allow(AllowedKeys keys) { enqueue(NewKeys{std::move(keys)}); }
 
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages,
                         TopicSlots::Keep keep) {
-  // Where this copies, it is before the lock, for which acknowledgements would wait.
+  // If this copies, it does so before the lock, since acknowledgements would wait.
   for (auto& bytes : messages) bytes.reserve(bytes.size() + kSequenceBytes);
   {
     const std::lock_guard lock(mutex_);
@@ -289,7 +289,7 @@ void Transport::drain() {
     }
   }
   if (!slots_.empty()) flush_slots();
-  // What was put into the queue meanwhile is for the next round, after the sockets had their turn.
+  // Entries that came meanwhile are for the next round, after the sockets had their turn.
   if (may_have_queued) signal();
 }
 
@@ -311,7 +311,7 @@ void Transport::publish_now(const Publication& publication) {
   }
   add(counters_.replaced, slots_.put(publication.topic, publication.messages,
                                      TopicSlots::Clock::now(), publication.keep));
-  flush_slots();  // in the order of publication as long as nobody is full
+  flush_slots();  // in the order of publication while no subscriber is full
 }
 
 void Transport::flush_slots() {
@@ -347,7 +347,7 @@ bool Transport::is_revoked(const Peer& peer) {
   return true;
 }
 
-/// Without keys who reaches the sockets is this machine's.
+/// Without keys, the sockets are only reachable from this machine.
 Role Transport::role_of(const Peer& peer) const {
   if (!options_.curve) return Role::kAdminister;
   const auto known = options_.curve->allowed.find(peer.key);
@@ -406,8 +406,8 @@ bool Transport::receive_request() {
     return true;
   }
   add(counters_.requests);
-  // [routing id] payload, or [routing id] ... [empty] payload. What lies between is sent back as it
-  // came.
+  // [routing id] payload, or [routing id] ... [empty] payload. Frames in between are sent back
+  // unchanged.
   if (too_many || frames.empty()) {
     add(counters_.dropped_requests);
     return true;

@@ -42,9 +42,10 @@ struct TransportOptions {
   int stream_queue = 4;  // messages per subscriber, > 0
   // Stream messages that may wait for one follower; a publication more may wait. > 0
   std::uint64_t stream_bytes = 64ull << 20;
-  // And that anybody may leave unread, each counted once: beyond it each publication has a follower
-  // cut off that has stalled for a second at least; where none has, those that hold most lose what
-  // newer changes continue, then their connections; and subscribers get no large ones. > 0
+  // Limit of unread bytes over all followers, each message counted once. Beyond it, each
+  // publication cuts off a follower that has stalled for at least a second. If none has, the
+  // largest lose changes that newer ones continue, then their connections; subscribers get no large
+  // ones. > 0
   std::uint64_t stream_total_bytes = 1ull << 30;
   // A follower that gives no credit for so long while messages wait is cut off. > 0
   std::chrono::milliseconds stalled_after{30'000};
@@ -62,7 +63,7 @@ struct TransportHandlers {
   /// A short reply in place of one that passes a limit of unread bytes. Any thread.
   std::function<std::string(const Address& address, const UnreadReplies::Excess& excess)>
       overflow_reply;
-  /// A reply found its client gone. What that client sent before may still come.
+  /// A reply found its client disconnected. Earlier requests of that client may still come.
   std::function<void(const std::string& client)> on_gone = [](const std::string&) {};
   /// A client's connection has ended. Called again after each request of it that comes later.
   std::function<void(const std::string& client)> on_disconnected = [](const std::string&) {};
@@ -79,7 +80,7 @@ class Transport {
   Transport& operator=(const Transport&) = delete;
 
   void start(TransportHandlers handlers);
-  /// Sends what is queued, then closes the sockets (they linger for at most half a second).
+  /// Sends queued messages, then closes the sockets (they linger for at most half a second).
   /// Idempotent.
   void stop();
 
@@ -102,8 +103,8 @@ class Transport {
     return subscriptions_.has_subscriber(topic);
   }
   // Followers (follow.proto). On the transport's thread, of a client of the request socket:
-  /// @param answer  sends the answer, before all messages of a stream that begins with it; what it
-  /// throws passes through
+  /// @param answer  sends the answer, before all messages of a stream that begins with it; its
+  /// exceptions pass through
   void follow(const Address& address, Following wanted,
               const std::function<void(const FollowAnswer&)>& answer);
   // Any thread:
@@ -112,7 +113,7 @@ class Transport {
     return followers_.uses(most, Followers::Clock::now());
   }
   [[nodiscard]] std::size_t follower_count() const { return followers_.size(); }
-  /// Clients (routing ids) and what they leave unread, those that leave most first.
+  /// Clients (routing ids) and their unread bytes, the largest first.
   [[nodiscard]] std::vector<UnreadReplies::Use> unread_uses(std::size_t most) const {
     return unread_.uses(most);
   }

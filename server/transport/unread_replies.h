@@ -18,7 +18,7 @@ class UnreadReplies {
     std::uint64_t client_bytes;  // of one; a client that has none may pass it by one reply
     std::uint64_t total_bytes;   // of all, never passed
   };
-  /// What a message costs besides its bytes.
+  /// Overhead of a message besides its bytes.
   static constexpr std::uint64_t kMessageBytes = 256;
   /// Short errors in place of refused replies have bytes of their own.
   static constexpr std::uint64_t kErrorBytes = 64u << 20, kErrorBytesOfClient = 1u << 20;
@@ -59,17 +59,17 @@ class UnreadReplies {
 
   explicit UnreadReplies(const Limits& limits) : limits_(limits) {}
 
-  /// A client may have as much unread as is then still free of the total: one that does not read
+  /// A client may have as much unread as is then still free of the total. One that does not read
   /// takes half of what the others leave, and there is always something left for the next.
   /// @param excess  why, where nothing is returned
   [[nodiscard]] std::optional<Hold> admit(const std::string& client, std::uint64_t bytes,
                                           Excess& excess);
-  /// Of a reply that is kept for a client to fetch: at most half of what it may leave unread, and a
-  /// quarter of what is free of the total, so that what is sent meanwhile has room.
+  /// For a reply that is kept for a client to fetch: at most half of the client's limit, and a
+  /// quarter of the free total, so that other messages have room.
   [[nodiscard]] std::optional<Hold> admit_kept(const std::string& client, std::uint64_t bytes);
   [[nodiscard]] std::optional<Hold> admit_error(const std::string& client, std::uint64_t bytes);
   [[nodiscard]] std::uint64_t total() const;
-  /// What one client leaves unread [bytes].
+  /// Unread bytes of one client.
   struct Use {
     std::string client;
     std::uint64_t bytes = 0;

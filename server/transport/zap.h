@@ -18,15 +18,15 @@ namespace limber::server {
 
 /// Decides which clients may connect (RFC 27, ZAP), gives each connection its number, and tells of
 /// its end: a thread at inproc://zeromq.zap.01 of one context. Without keys every peer of ZMTP 3 is
-/// let in; what matters there is that libzmq refuses older peers, which know no handshake and which
-/// any text looks like (HTTP too), on sockets that have a ZAP domain.
+/// accepted. There it matters that libzmq refuses older peers on sockets that have a ZAP domain:
+/// these know no handshake, and any text (HTTP too) looks like one of them.
 ///
 /// Must live before the sockets it guards are bound, and until they are closed.
 class ZapHandler {
  public:
   using OnEnd = std::function<void(const EndedConnections&)>;
-  /// @param allowed  CURVE clients with others are answered 400, and so is who
-  ///                 has no key. Nothing: the sockets have no keys.
+  /// @param allowed  CURVE clients with other keys, or without one, are answered 400. Nothing: the
+  ///                 sockets have no keys.
   /// @param on_end   called on the handler's thread
   ZapHandler(zmq::context_t& context, std::optional<AllowedKeys> allowed, Counters& counters,
              OnEnd on_end);

@@ -89,7 +89,7 @@ bool Door::is_own_host(std::string_view host, std::string_view local_address) co
 }
 
 Verdict Door::judge(const Visit& visit) const {
-  // A page of another site whose name was made to mean this machine sends its own name.
+  // A page of another site whose name was made to resolve to this machine sends its own name.
   if (!is_own_host(visit.host, visit.local_address))
     return refused(403, "This is not a name of this server (Host); see limberd --web-host.");
   if (visit.has_many_origins || (!visit.origin.empty() && !is_own_origin(visit.origin, visit.host)))

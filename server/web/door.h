@@ -8,7 +8,7 @@
 
 namespace limber::server::web {
 
-/// The head of an HTTP request, as far as it decides who is let in.
+/// The head of an HTTP request, as far as it decides on access.
 struct Visit {
   std::string_view method, target;
   std::string_view host;    // empty: none, or several
@@ -28,7 +28,7 @@ struct Verdict {
   Role role = Role::kView;  // of a page: that of its token
 };
 
-/// Who may come in, and where to.
+/// Decides on access, and to which parts.
 class Door {
  public:
   /// @param token  of pages that administer, see Tokens
@@ -53,8 +53,7 @@ class Door {
 /// empty where it is none, or the port no number.
 [[nodiscard]] std::string host_name(std::string_view host);
 
-/// The value of a parameter of a target PATH?NAME=VALUE&..., as it is written; empty if it is not
-/// there.
+/// The value of a parameter of a target PATH?NAME=VALUE&..., as written; empty if it is absent.
 [[nodiscard]] std::string_view query_value(std::string_view target, std::string_view name);
 
 }  // namespace limber::server::web

@@ -16,7 +16,7 @@ struct File {
   std::string tag;                           // ETag; empty: none, it may change at any time
 };
 
-/// What pages consist of: compiled in, or a folder's while they are developed. Thread-safe.
+/// The files of pages: compiled in, or from a folder during development. Thread-safe.
 class Files {
  public:
   /// @param root  empty: those compiled in

@@ -110,7 +110,7 @@ struct Gateway::Inside {
     work.reset();
   }
 
-  /// What has not finished in time.
+  /// Drops connections that have not finished in time.
   void drop_all() {
     for (const auto& [unused, socket] : std::exchange(site.sockets, {})) socket->drop();
   }

@@ -7,7 +7,7 @@
 
 namespace limber::server::web {
 
-/// What every answer carries besides what it is about: names and values.
+/// Headers of every answer besides its own: names and values.
 /// @param host  of the request, where it is one of this server's; else empty
 /// @param frame_ancestors  origins of pages that may embed ours
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> security_headers(

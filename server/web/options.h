@@ -24,7 +24,7 @@ struct Options {
       frame_ancestors;  // origins of pages that may embed ours, besides its own
   Deflate deflate = Deflate::kOff;
   std::size_t connections = 64;  // WebSockets at once, > 0
-  // Of one WebSocket: stream messages that wait for it. One publication more may wait.
+  // Limit for one WebSocket: stream messages that wait for it. One publication more may wait.
   std::uint64_t queue_bytes = 64ull << 20;
   std::uint64_t message_bytes = 256ull << 20;  // as TransportOptions::message_bytes
   std::chrono::seconds handshake{

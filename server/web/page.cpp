@@ -7,7 +7,7 @@
 namespace limber::server::web {
 namespace {
 
-// Of one page on their way to the transport's thread; one message more may pass the bytes.
+// Limits for a page's messages to the transport's thread; one more message may exceed the bytes.
 constexpr std::size_t kMessagesUnderWay = 64, kBytesUnderWay = 1u << 20;
 
 }  // namespace

@@ -36,7 +36,7 @@ class Page : public LocalPeer, public std::enable_shared_from_this<Page> {
 
   /// A whole binary message has come.
   void receive(std::string message);
-  /// No more may be received until what came is handled.
+  /// No more may be received until earlier messages are handled.
   [[nodiscard]] bool is_full() const;
   /// Set once the connection is to be closed.
   [[nodiscard]] std::optional<Closing> closing() const;

@@ -22,12 +22,12 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using Fault = boost::system::error_code;
 
-constexpr std::size_t kReadBytes = 64u << 10;      // at a time: room is made for what has come
+constexpr std::size_t kReadBytes = 64u << 10;      // at a time: the buffer grows with them
 constexpr std::uint64_t kSubscriptionBytes = 191;  // as the XPUB socket: a prefix of 190
 constexpr std::size_t kReasonBytes = 123;
 constexpr std::chrono::seconds kTimeToClose{10};
-// Of a compressed message: for each byte that has come so many, and so many in any case. Meshes and
-// arrays come to a tenth of that; deflate unpacks zeros to a thousand.
+// Limit of a compressed message: so many bytes for each received one, and so many in any case.
+// Meshes and arrays come to a tenth of that; deflate unpacks zeros to a thousand.
 constexpr std::uint64_t kMostInflation = 100, kFreeInflation = 1 << 20;
 
 class PageSocket final : public Closable, public std::enable_shared_from_this<PageSocket> {
@@ -129,7 +129,7 @@ class PageSocket final : public Closable, public std::enable_shared_from_this<Pa
   [[nodiscard]] std::uint64_t received() {
     return beast::get_lowest_layer(socket_).rate_policy().bytes();
   }
-  /// For what has come of the message.
+  /// Takes the share for the received part of the message.
   [[nodiscard]] bool take_bytes() {
     const std::uint64_t bytes = incoming_.size();
     if (bytes <= Shares::kFreeBytes + taken_bytes_) return true;

@@ -12,8 +12,8 @@ namespace limber::server::web {
 
 enum class PageKind { kRequests, kStream };
 
-/// Makes a WebSocket of a connection whose request was let in. It lives until its connection ends,
-/// and then leaves its place.
+/// Makes a WebSocket of a connection after its request was accepted. It lives until its connection
+/// ends, and then leaves its place.
 /// @param role  what the page may do
 /// @pre a place of its role was taken for it
 void open_page(Site& site, TcpStream stream,

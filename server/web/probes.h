@@ -6,10 +6,10 @@
 
 namespace limber::server::web {
 
-/// What the gateway tells those who watch over the server, without a token. Asked on the gateway's
-/// thread: must be quick.
+/// The gateway's answers to monitoring, without a token. Asked on the gateway's thread: must be
+/// quick.
 struct Probes {
-  /// Why nobody should come now, a sentence each; empty: it is ready.
+  /// Reasons to send no clients now, a sentence each; empty: it is ready.
   std::function<std::vector<std::string>()> not_ready = [] { return std::vector<std::string>(); };
   /// In the text format of Prometheus.
   std::function<std::string()> metrics = [] { return std::string(); };

@@ -5,7 +5,7 @@
 namespace limber::server::web {
 namespace {
 
-/// Of all places, what each role leaves to the next one. A page has two WebSockets.
+/// The share of all places that each role leaves to the next one. A page has two WebSockets.
 std::size_t places_left(std::size_t places) {
   constexpr std::size_t kPage = 2, kFew = 8, kPart = 8;
   return places < kFew ? 0 : std::max(kPage, places / kPart);
@@ -26,13 +26,13 @@ void Shares::leave_place(Role role) { places_.give_back(role, 1); }
 bool Shares::take_bytes(Role role, std::uint64_t bytes) { return bytes_.take(role, bytes); }
 void Shares::give_bytes_back(Role role, std::uint64_t bytes) { bytes_.give_back(role, bytes); }
 
-/// Of those who may send large ones: beyond the limit of a request there is room for an answer that
-/// says so.
+/// For roles that may send large ones: beyond the limit of a request there is room for an answer
+/// that reports the error.
 std::uint64_t Shares::largest_message(Role role) const {
   return role == Role::kView ? kFreeBytes : 2 * message_bytes_ + kFreeBytes;
 }
 
-/// What greater roles have taken beyond their own part counts, too.
+/// Amounts of greater roles beyond their own part count, too.
 bool Shares::Pool::take(Role role, std::uint64_t amount) {
   std::uint64_t sum = amount;
   for (std::size_t i = 0; i < kRoles; ++i) {

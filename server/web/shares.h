@@ -8,9 +8,8 @@
 
 namespace limber::server::web {
 
-/// What pages of each role may take of what all pages share: lesser roles leave something to
-/// greater ones, so that nobody who may only look can shut out who edits, nor who edits an
-/// administrator. One thread.
+/// The share of the common resources that pages of each role may take. Lesser roles leave a part to
+/// greater ones, so that viewers cannot shut out editors, nor editors an administrator. One thread.
 class Shares {
  public:
   /// @param places         WebSockets at once
@@ -26,8 +25,8 @@ class Shares {
   [[nodiscard]] bool take_bytes(Role role, std::uint64_t bytes);
   void give_bytes_back(Role role, std::uint64_t bytes);
 
-  /// Of each unfinished message, so that small requests always pass; and the largest message of who
-  /// may only look.
+  /// Free bytes of each unfinished message, so that small requests always pass; also the largest
+  /// message of a viewer.
   static constexpr std::uint64_t kFreeBytes = 1 << 20;
   [[nodiscard]] std::uint64_t largest_message(Role role) const;
 

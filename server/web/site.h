@@ -52,7 +52,7 @@ struct Site {
   // WebSockets, which nothing else keeps while they neither read nor write.
   std::unordered_map<Closable*, std::shared_ptr<Closable>> sockets;
   bool is_stopping = false;
-  boost::asio::io_context io{1};  // last: what waits in it ends before what it uses
+  boost::asio::io_context io{1};  // last: its pending handlers end before the members that they use
 };
 
 }  // namespace limber::server::web

@@ -10,7 +10,7 @@
 
 namespace limber::server::web {
 
-/// A policy of rates (of Boost.Beast) that sets no bound, but counts what has come.
+/// A policy of rates (of Boost.Beast) that sets no bound, but counts received bytes.
 class CountedReads {
  public:
   /// So far.

@@ -100,7 +100,7 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
       case Verdict::Way::kStream:
         return become_page(PageKind::kStream, verdict.role);
       case Verdict::Way::kRefused:
-        // Neither a probe nor a mistake: somebody who should not be here.
+        // Neither a probe nor a mistake: an unauthorised visitor.
         if (verdict.status == 401 || verdict.status == 403) {
           site_.counters.web_refused.fetch_add(1, std::memory_order_relaxed);
           log::debug("a page was refused: {} {}", verdict.status, verdict.text);
@@ -117,7 +117,7 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
   }
 
   void become_page(PageKind kind, Role role) {
-    // What the page sent before it was let in is against the protocol.
+    // Data that the page sent before it was accepted violates the protocol.
     if (buffer_.size() > 0)
       return refuse(400, "Nothing may be sent before the answer.", Then::kClose);
     if (!site_.shares.take_place(role))
@@ -212,7 +212,7 @@ class Visitor final : public Closable, public std::enable_shared_from_this<Visit
     linger();
   }
 
-  /// Closing a socket with unread bytes would take the answer from who has not read it yet.
+  /// Closing a socket with unread bytes would discard the answer before the client has read it.
   void linger() {
     buffer_.clear();
     stream_.async_read_some(buffer_.prepare(kHeadBytes),
@@ -243,7 +243,7 @@ void keep_alive(tcp::socket& socket) {
   ::setsockopt(file, IPPROTO_TCP, TCP_KEEPCNT, &kAliveCount, sizeof kAliveCount);
 }
 
-/// Who opens connections and asks nothing is dropped for those that come later.
+/// A client that opens connections and requests nothing is dropped for later ones.
 void make_room(Site& site) {
   auto& visitors = site.visitors;
   visitors.erase(std::remove_if(visitors.begin(), visitors.end(),

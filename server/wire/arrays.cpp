@@ -46,7 +46,7 @@ int extent_of(const proto::Array& array, const std::string& field, int dimension
   return *extent;
 }
 
-/// All of the array's bytes. Of an empty one `to` may be null, which memcpy must not be given.
+/// All of the array's bytes. For an empty one, `to` may be null, which memcpy must not be given.
 void copy_bytes(const proto::Array& array, void* to) {
   if (!array.data().empty()) std::memcpy(to, array.data().data(), array.data().size());
 }

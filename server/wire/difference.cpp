@@ -11,7 +11,7 @@
 namespace limber::server {
 namespace {
 
-constexpr std::size_t kBlock = 16;  // bytes by which what has moved is found again
+constexpr std::size_t kBlock = 16;  // bytes by which moved parts are found
 
 void add_varint(std::uint64_t number, std::string& to) {
   for (; number >= 0x80; number >>= 7u) to.push_back(static_cast<char>(number | 0x80u));
@@ -42,7 +42,7 @@ std::size_t common_beginning(std::string_view a, std::string_view b) {
   return static_cast<std::size_t>(end - a.begin());
 }
 
-/// Where blocks of bytes are: every kBlock bytes one, of equal ones the last.
+/// Positions of blocks of bytes: one every kBlock bytes; if blocks are equal, the last.
 class Blocks {
  public:
   explicit Blocks(std::string_view bytes) : bytes_(bytes) {
@@ -79,7 +79,7 @@ class Blocks {
 
 std::string difference_of(std::string_view before, std::string_view after) {
   std::string difference;
-  // What stays at both ends needs no search.
+  // Equal parts at both ends need no search.
   const std::size_t head = common_beginning(before, after);
   const std::size_t rest = std::min(before.size(), after.size()) - head;
   std::size_t tail = 0;

@@ -11,7 +11,7 @@
 
 namespace limber::server {
 
-/// What an edit is of: the member of its oneof; null where it is empty.
+/// The kind of an edit: the member of its oneof; null if it is empty.
 [[nodiscard]] const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit);
 
 [[nodiscard]] inline session::Whose whose(bool anyone) {
@@ -27,7 +27,7 @@ namespace limber::server {
 [[nodiscard]] std::string edit_field_in(const proto::EditRequest& message, const std::string& field,
                                         const google::protobuf::Message* extension = nullptr);
 
-/// What responses of every kind have: revision and warnings.
+/// Members common to responses of every kind: revision and warnings.
 [[nodiscard]] proto::EditResponse begin_response(const session::EditReceipt& receipt);
 
 /// The revision that the session must be at, where the request names one.

@@ -8,10 +8,10 @@
 
 namespace limber::server {
 
-/// Reads the entries of a list into `values`, behind what is there.
+/// Appends the entries of a list to `values`.
 /// @param field  of the list
-/// @param decode  an entry and its field; called again for one that is refused: the fields of
-/// entries that are sound, of which there may be thousands, are never written
+/// @param decode  an entry and its field; called again for one that is refused: fields of sound
+/// entries, of which there may be thousands, are never written
 template <class Messages, class Value, class Decode>
 void decode_entries(const Messages& messages, const std::string& field, const Decode& decode,
                     std::vector<Value>& values) {

@@ -16,7 +16,7 @@ template <auto kValue>
   return name[name.find(kBefore) + kBefore.size()] != '(';
 }
 
-/// Of an enum whose values are 0, 1, ...
+/// For an enum whose values are 0, 1, ...
 template <class Enum, int kFrom = 0>
 [[nodiscard]] consteval int enumerator_count() {
   if constexpr (is_enumerator<static_cast<Enum>(kFrom)>())

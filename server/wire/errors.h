@@ -14,8 +14,8 @@ namespace proto = limber::v1;
 using Details = std::map<std::string, std::string>;
 
 /// A request is refused for a reason only the service knows (limits, time, shutdown, unreadable
-/// bytes), or with details. What the engine refuses is a limber::Error; both become the same
-/// message on the wire.
+/// bytes), or with details. Errors of the engine are limber::Error; both become the same message on
+/// the wire.
 class Refusal : public std::runtime_error {
  public:
   Refusal(proto::ErrorCode code, std::string field, const std::string& message,
@@ -36,7 +36,7 @@ class Refusal : public std::runtime_error {
 
 [[nodiscard]] Refusal invalid(const std::string& field, const std::string& message);
 [[nodiscard]] Refusal malformed(const std::string& message);
-/// Whether another run of the server will know what was done of a request.
+/// Whether another run of the server will know the outcome of a request.
 enum class NextRun { kUnknown, kTakesOver };
 [[nodiscard]] Refusal shutting_down(NextRun next = NextRun::kUnknown,
                                     const std::string& message = "the server is going down");
@@ -46,7 +46,7 @@ enum class NextRun { kUnknown, kTakesOver };
 
 [[nodiscard]] proto::ErrorCode to_proto(ErrorCode code);
 
-/// Any exception as the message that answers it. What is neither Error nor Refusal is kInternal.
+/// Any exception as the message that answers it. Exceptions of other types are kInternal.
 /// @param prefix  put before a field that the engine named, e.g. "scene."
 [[nodiscard]] proto::Error error_to_proto(const std::exception& fault,
                                           const std::string& prefix = "");

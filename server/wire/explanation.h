@@ -9,7 +9,7 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// Who decided on a size or a method.
+/// The source of a choice of size or method.
 enum class ChosenBy { kScene, kLimber };
 
 /// Puts together what ExplainRequest is answered with.
@@ -34,7 +34,7 @@ class Explanation {
   proto::ExplainResponse response_;
 };
 
-/// What the newest result took, as the cost of a path of solves: "0.4 ms to the first answer".
+/// The time of the newest result, as the cost of a path of solves: "0.4 ms to the first answer".
 [[nodiscard]] std::string time_since_edit(const proto::ResultInfo& result);
 
 }  // namespace limber::server

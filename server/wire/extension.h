@@ -13,8 +13,8 @@ namespace limber::server {
 /// Reads a message of a kind that limber.v1 does not know, and checks it as strictly as requests
 /// are.
 /// @param budget  shared by all extensions of a request: each may bring megabytes
-/// @throws Refusal INVALID_ARGUMENT naming `field` for a message of another type, and what is below
-/// `field` for what check_wire() refuses; MALFORMED
+/// @throws Refusal INVALID_ARGUMENT naming `field` for a message of another type, and its members
+/// for errors of check_wire(); MALFORMED
 void read_extension(const google::protobuf::Any& extension, const std::string& field,
                     google::protobuf::Message& message, WireBudget& budget);
 

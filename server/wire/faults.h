@@ -7,8 +7,8 @@
 
 namespace limber::server {
 
-/// What decoding does with what it cannot read: throws the first, for callers that need the value;
-/// or notes each and continues with a default in its place, for callers that list all faults.
+/// Treatment of unreadable values by decoding. Throws the first, for callers that need the value;
+/// or it notes each and continues with a default, for callers that list all.
 class Faults {
  public:
   enum class Mode { kThrow, kCollect };
@@ -19,7 +19,7 @@ class Faults {
 
   explicit Faults(Mode mode) : mode_(mode) {}
 
-  /// @returns whether `read` went through. @throws what it throws, in kThrow
+  /// @returns whether `read` succeeded. @throws its exceptions, in kThrow
   template <class Read>
   bool try_to(const Read& read) {
     try {

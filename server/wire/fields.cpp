@@ -40,7 +40,7 @@ std::string joined(const std::string& path, const std::string& rest) {
   return path.empty() || rest.empty() ? path + rest : path + "." + rest;
 }
 
-/// Numbers in a row: what is behind their name is of the numbers.
+/// Numbers in a row: the rest of the path after their name belongs to the numbers.
 bool is_value(const Descriptor& type) {
   return &type == proto::Array::descriptor() || &type == proto::Vector3::descriptor();
 }
@@ -54,24 +54,24 @@ const FieldDescriptor* given_of(const Message& message, const OneofDescriptor& o
   return message.GetReflection()->GetOneofFieldDescriptor(message, &oneof);
 }
 
-/// A member of the message; of several of which one is given, that one alone.
+/// A member of the message; in a oneof only the given one.
 const FieldDescriptor* member(const Message& message, const std::string& name) {
   const FieldDescriptor* const field = message.GetDescriptor()->FindFieldByName(name);
   if (field == nullptr || field->real_containing_oneof() == nullptr) return field;
   return message.GetReflection()->HasField(message, field) ? field : nullptr;
 }
 
-/// Of a message that is one of several things and nothing else: their oneof.
+/// For a message that is a choice of several and nothing else: its oneof.
 const OneofDescriptor* choice_of(const Descriptor& type) {
   if (type.real_oneof_decl_count() != 1) return nullptr;
-  // Beside it there may be numbers that say more of what is chosen.
+  // Other members may be numbers that describe the chosen one further.
   for (int i = 0; i < type.field_count(); ++i) {
     if (type.field(i)->containing_oneof() == nullptr) return nullptr;
   }
   return type.oneof_decl(0);
 }
 
-/// What a message wraps: the first of its members, where that is a message of its own.
+/// The wrapped member of a message: the first one, if that is a message of its own.
 const FieldDescriptor* wrapped_by(const Descriptor& type) {
   return type.field_count() > 0 && is_submessage(*type.field(0)) &&
                  type.field(0)->real_containing_oneof() == nullptr
@@ -79,7 +79,7 @@ const FieldDescriptor* wrapped_by(const Descriptor& type) {
              : nullptr;
 }
 
-/// The thing that is given, and what that wraps. Empty where none is.
+/// The given member, and the one that it wraps. Empty where none is.
 std::string given_as_a_whole(const Message& message, const OneofDescriptor& choice) {
   const FieldDescriptor* const given = given_of(message, choice);
   if (given == nullptr) return "";
@@ -88,8 +88,8 @@ std::string given_as_a_whole(const Message& message, const OneofDescriptor& choi
   return joined(given->name(), inner == nullptr ? "" : inner->name());
 }
 
-/// The end of a path at a message: where something comes from, and what an entry of a list is, has
-/// a name; which shape something has is part of it.
+/// The end of a path at a message. The source of data and the kind of a list's entry have names of
+/// their own; the kind of a shape is part of it.
 std::string end_in(const Message& message, bool is_entry) {
   const OneofDescriptor* const choice = choice_of(*message.GetDescriptor());
   if (choice == nullptr || !(is_entry || choice->name() == "source")) return "";
@@ -121,7 +121,7 @@ std::string in_member(const Message& message, const FieldDescriptor& field, cons
   const Message& inner = message.GetReflection()->GetMessage(message, &field);
   if (const auto* list = list_of(*field.message_type(), step))
     return joined(field.name(), in_list(inner, *list, step));
-  // Of one name with what is in it: "segment" is "segment.segment".
+  // If the inner member has the same name: "segment" is "segment.segment".
   if (const auto* same = member(inner, field.name());
       same != nullptr && step.rest.empty() && !same->is_repeated())
     return joined(field.name(), same->name() + step.index);

@@ -9,22 +9,22 @@
 
 namespace limber::server {
 
-/// The engine names places in its own values ("edits[2].node"); this is the same place in the
-/// message, as its descriptors and what is given have it:
+/// The engine names places in its own values ("edits[2].node"). This function finds the same place
+/// in the message, from its descriptors and its given members:
 ///   - a member of that name, or of that name and its unit ("angle": "angle_degrees");
 ///   - for a oneof, the member that is given ("target": "position");
-///   - a member of what is given in a oneof, or of the message that an edit wraps ("section.width":
+///   - a member of the given one in a oneof, or of the message that an edit wraps ("section.width":
 ///     "section.rectangle.width", "edits[2].node": "edits[2].set_beam_load.load.node");
 ///   - an entry of a list that has a message of its own ("targets[1]": "targets.targets[1]");
 ///   - a member whose name is the end of the engine's ("segment_lengths[3]" of an edit:
-///     "lengths[3]").
-/// Of a message that is one of several things, as a source of lines or an edit, a place that it
-/// does not have is the thing as a whole ("lines.edges[3]" of a file: "lines.file").
+///     "lengths[3]"). In a message that is a choice of several, like a source of lines or an edit,
+///     a missing place becomes the chosen member as a whole ("lines.edges[3]" of a file:
+///     "lines.file").
 /// @returns nothing where the message has no member that the field begins with
 [[nodiscard]] std::optional<std::string> find_field(const google::protobuf::Message& message,
                                                     const std::string& field);
 
-/// The same, and what the message does not have stays as it is.
+/// The same, and places that the message lacks stay unchanged.
 [[nodiscard]] std::string field_in(const google::protobuf::Message& message,
                                    const std::string& field);
 

@@ -33,10 +33,10 @@ class FrameSource {
   /// Of the result.
   [[nodiscard]] virtual std::uint64_t sequence() const = 0;
   [[nodiscard]] virtual int frame_count() const = 0;
-  /// Of the result: the newest edit in it, and whether it is the end of that revision's solve.
+  /// Newest edit in the result, and whether it is the end of that revision's solve.
   [[nodiscard]] virtual std::uint64_t revision() const { return 0; }
   [[nodiscard]] virtual bool is_final() const { return true; }
-  /// Memory that the result takes as long as this keeps it [bytes], without what others share.
+  /// Memory that the result takes as long as this keeps it [bytes], without shared parts.
   [[nodiscard]] virtual std::uint64_t kept_bytes() const { return 0; }
   /// The same of the basis, which results share.
   [[nodiscard]] virtual std::uint64_t basis_bytes() const { return 0; }
@@ -44,7 +44,7 @@ class FrameSource {
   [[nodiscard]] virtual const Eigen::MatrixXf* coordinates() const { return nullptr; }
   /// Of that basis.
   [[nodiscard]] virtual std::string basis_hash() const { return {}; }
-  /// What makes positions of its coordinates; nothing for kinds where that never changes.
+  /// Geometry that turns its coordinates into positions; nothing if the kind never changes it.
   /// @param known_basis_hash  what a client has already, it is left out
   [[nodiscard]] virtual std::optional<proto::GetGeometryResponse> geometry(
       const std::string& /*known_basis_hash*/) const {
@@ -52,7 +52,7 @@ class FrameSource {
   }
   /// Whether ENCODING_SURFACE can be requested.
   [[nodiscard]] virtual bool has_surface() const { return false; }
-  /// Of so many frames, without the envelope.
+  /// Bytes of so many frames, without the envelope.
   [[nodiscard]] virtual std::uint64_t bytes(proto::Encoding encoding, int count) const = 0;
   /// With the result that they are of. ENCODING_UNSPECIFIED is COORDINATES.
   [[nodiscard]] virtual proto::Frames encode(proto::Encoding encoding, FrameRange range) const = 0;

@@ -15,8 +15,7 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::io::CodedInputStream;
 using Wire = google::protobuf::internal::WireFormatLite;
 
-constexpr int kPeekedFields =
-    8;  // more than a request has: what is longer is not walked on arrival
+constexpr int kPeekedFields = 8;  // more than a request has: longer lists are not walked on arrival
 constexpr int kPeekedEdits = 70'000;  // the same of a body, which has at most 65,536 edits
 constexpr int kLongestName = 128;
 constexpr int kPeekedText = 64;  // bytes of Request.instance and Request.client

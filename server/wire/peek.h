@@ -6,7 +6,7 @@
 
 namespace limber::server {
 
-/// What the envelope of a request says before anything of it is parsed.
+/// The envelope of a request, read before anything of it is parsed.
 struct RequestPeek {
   std::uint64_t id = 0;  // 0 where none could be read
   std::uint32_t version = 0;

@@ -19,7 +19,7 @@ void set_coordinates(const Eigen::MatrixXd& coordinates, scene::Precision precis
 /// 3 x rows to rows x 3, as float32 or float64.
 [[nodiscard]] proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points,
                                          scene::Precision precision);
-/// Of a number in such an array.
+/// Bytes of a number in such an array.
 [[nodiscard]] constexpr std::uint64_t bytes_of(scene::Precision precision) {
   return precision == scene::Precision::kFloat64 ? sizeof(double) : sizeof(float);
 }

@@ -11,7 +11,7 @@ namespace limber::server {
 [[nodiscard]] std::string readable(std::string_view text);
 
 /// Fields and messages of errors and issues, which repeat names and paths of requests: as
-/// readable(), and what is too long is cut.
+/// readable(), and cut if too long.
 [[nodiscard]] std::string field_text(std::string_view field);
 [[nodiscard]] std::string message_text(std::string_view message);
 

@@ -10,7 +10,7 @@ namespace limber::server {
 
 /// A scene file: the JSON form of proto::Scene, field names as in the .proto (lowerCamelCase is
 /// read too).
-/// @throws Refusal INVALID_ARGUMENT for what is no JSON, unknown fields, wrong types, NaN
+/// @throws Refusal INVALID_ARGUMENT for text that is no JSON, unknown fields, wrong types, NaN
 [[nodiscard]] proto::Scene scene_from_json(std::string_view text);
 [[nodiscard]] std::string scene_to_json(const proto::Scene& scene);
 

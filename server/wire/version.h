@@ -14,7 +14,7 @@ inline constexpr std::uint32_t kProtocolVersion = 1;
 /// "this server (0.1.0) does not know WHAT: update the server", of what a newer client sends.
 [[nodiscard]] std::string unknown_here(const std::string& what);
 
-/// What a client is told that speaks another protocol: which side is to be updated.
+/// The message to a client that uses another protocol: it names the side to update.
 [[nodiscard]] std::string other_protocol(std::uint32_t version);
 
 }  // namespace limber::server

@@ -227,7 +227,7 @@ class Walker {
     }
   }
 
-  /// Of a number that its field cannot hold, protobuf reads the lower 32 bits without a word.
+  /// If a number does not fit its field, protobuf silently reads the lower 32 bits.
   static void check_fits(const FieldDescriptor& field, std::uint64_t value, const Step& step) {
     bool fits = true;
     std::string given = std::to_string(value);

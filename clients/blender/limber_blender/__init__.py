@@ -16,7 +16,7 @@ bl_info = {
 import pathlib
 import sys
 
-# The Python client comes in the zip, beside this package's modules.
+# The Python client comes in the zip, in the same folder as this package's modules.
 _LIBRARY = pathlib.Path(__file__).parent / "lib"
 if _LIBRARY.is_dir() and str(_LIBRARY) not in sys.path:
     sys.path.append(str(_LIBRARY))

@@ -17,8 +17,8 @@ TOLERANCE = 1e-4    # of shape keys, as a share of the object's size
 
 
 def as_shape_keys(link: Link, tolerance: float = TOLERANCE) -> "tuple[int, float]":
-    """As few shape keys as it takes to be nowhere off by more than the tolerance, with a key of the value in each frame; how many,
-    and the largest distance that is left [units of the object]."""
+    """The fewest shape keys that are nowhere off by more than the tolerance, with a key of the value in each frame. Returns their
+    number and the largest remaining distance [units of the object]."""
     shapes = link.shapes()
     size = float(np.linalg.norm(np.ptp(shapes.reshape(-1, 3), axis=0)))
     _, targets, weights, error = morphs.targets_of(shapes, tolerance * size, 256, base=link.drawn.astype(np.float32))
@@ -71,7 +71,7 @@ def as_cache(link: Link, path: pathlib.Path) -> None:
 
 
 def remove_baked(object) -> None:
-    """What an earlier bake made."""
+    """Results of an earlier bake."""
     keys = object.data.shape_keys
     for key in [key for key in keys.key_blocks if key.name.startswith(PREFIX) and key.name != KEY] if keys else []:
         if keys.animation_data and keys.animation_data.action:

@@ -27,5 +27,5 @@ class Clock:
         return (frame - self.start) * self.rate / self.scene_rate
 
     def timeline_frame(self, frame: float) -> float:
-        """Of Blender's timeline."""
+        """A frame of Blender's timeline."""
         return self.start + frame * self.scene_rate / self.rate

@@ -1,4 +1,4 @@
-"""A session whose constraints follow wishes, in a thread of its own: nobody waits for the server."""
+"""A session whose constraints follow wishes, in a thread of its own: callers do not wait for the server."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Manner:
 
 @dataclass
 class Body:
-    """A surface and what it is made of; lengths in Blender units."""
+    """A surface and its material; lengths in Blender units."""
 
     name: str
     vertices: np.ndarray    # n x 3, in the world
@@ -96,7 +96,7 @@ def find_server(endpoint: str = "", binary: str = "") -> "limber.Server":
 
 
 class Live:
-    """Opens a session of a body; wish() says what its constraints are to be, picture() what came of it."""
+    """Opens a session of a body; wish() sets its target constraints, picture() returns the result."""
 
     def __init__(self, body: Body, endpoint: str = "", binary: str = ""):
         self.body = body
@@ -123,7 +123,7 @@ class Live:
 
     @property
     def error(self) -> str:
-        """Of a failure, or of the newest refused wish."""
+        """Message of a failure, or of the newest refused wish."""
         return self._error
 
     @property
@@ -132,7 +132,7 @@ class Live:
         return self._picture
 
     def wish(self, wishes: "list[Wish]", manner: "Manner | None" = None) -> int:
-        """What the constraints are to be from now on, all of them, and how the motion; a number that pictures name."""
+        """All target constraints from now on, and the manner of the motion. Returns a number that pictures refer to."""
         with self._lock:
             self._wishes = tuple(wishes)
             self._manner = self._manner if manner is None else manner
@@ -169,7 +169,7 @@ class Live:
                 if self._session is not None:
                     self._session.close()
             except limber.LimberError:
-                pass  # gone already
+                pass  # removed already
             if server is not None:
                 server.close()
 

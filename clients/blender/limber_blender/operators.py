@@ -1,4 +1,4 @@
-"""What the panel's buttons do, and the timer that keeps objects and sessions together."""
+"""Actions of the panel's buttons, and the timer that synchronises objects and sessions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ INTERVAL = 1 / 60  # seconds between looks at empties and sessions
 
 
 def link_of(context) -> "Link | None":
-    """Of the active object, or of the object that the active empty is a handle of."""
+    """Link of the active object, or of the object that the active empty is a handle of."""
     object = context.object
     return LINKS.get(object.get("limber_object", object.name)) if object else None
 

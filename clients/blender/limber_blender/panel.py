@@ -1,4 +1,4 @@
-"""The panel in the sidebar, and what is set there."""
+"""The panel in the sidebar, and its settings."""
 
 from __future__ import annotations
 

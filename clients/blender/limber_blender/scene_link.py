@@ -24,7 +24,7 @@ def manner_of(settings) -> live.Manner:
 
 
 def weights(mesh, group) -> np.ndarray:
-    """Of each vertex, its weight in a vertex group; 0 where it is not in it."""
+    """The weight of each vertex in a vertex group; 0 if it is not in the group."""
     return np.array([next((item.weight for item in vertex.groups if item.group == group.index), 0.0) for vertex in mesh.vertices])
 
 
@@ -91,7 +91,7 @@ class Link:
         return sorted((empty for empty in self.scene.objects if empty.get(HANDLE) == self.name), key=lambda e: e.name)
 
     def wishes(self) -> "list[live.Wish]":
-        """What the empties ask for now: in each frame with a key of their location, else in the frame they were made in."""
+        """Targets of the empties: in each frame with a key of their location, else in the frame they were made in."""
         made, clock = [], self.clock
         now = clock.edited_frame(self.scene.frame_current)
         for empty in self.handles():
@@ -107,7 +107,7 @@ class Link:
         return made
 
     def push(self) -> bool:
-        """Tells the session what has changed; True: something has."""
+        """Sends changes to the session; True if there were any."""
         if self.live.state in ("connecting", "filling", "building", "failed", "closed"):
             return False
         wished = self.wishes(), manner_of(self.scene.limber)

@@ -40,7 +40,7 @@ CLI::Option* add_axes(CLI::App& command, std::vector<double>& axes) {
       ->expected(6);
 }
 
-/// Of the six numbers of --axes.
+/// The directions in the six numbers of --axes.
 std::array<Vector, 2> two_directions(const std::vector<double>& axes) {
   return {vector({axes.begin(), axes.begin() + 3}), vector({axes.begin() + 3, axes.end()})};
 }

@@ -24,7 +24,7 @@ class BeamKind final : public Kind {
   [[nodiscard]] bool has_energy_of_iterates() const override { return false; }
 
  protected:
-  /// What holds the structure, and what loads it.
+  /// Supports and loads of the structure.
   [[nodiscard]] std::string contents(const v1::GetSessionResponse& session) const override {
     const auto& structure = session.scene().beams().structure();
     return fmt::format("{}, {} supports, {} motions, {} loads", sizes(session.status()),

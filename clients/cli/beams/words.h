@@ -17,7 +17,7 @@ namespace v1 = limber::v1;
 /// "elements 3, 7"
 [[nodiscard]] std::string unjudged_words(
     const google::protobuf::RepeatedField<std::uint32_t>& elements);
-/// "0.12 % of the size" and what else an estimate says, on one line.
+/// "0.12 % of the size" and the rest of an estimate, on one line.
 [[nodiscard]] std::string discretisation_words(const v1::DiscretisationError& error);
 
 /// Above 1: ", OVERLOADED: ..", else nothing.

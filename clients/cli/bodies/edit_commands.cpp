@@ -325,7 +325,7 @@ struct MaterialOptions {
   bool freeze = false, reset = false;
 };
 
-/// Rounding of what is zero is nobody's business.
+/// Rounding errors of zero are not shown.
 std::string small_number(double value) {
   return fmt::format("{:.3g}", std::abs(value) < 1e-9 ? 0 : value);
 }

@@ -20,7 +20,7 @@ namespace {
 
 using client::ClientError;
 
-/// A .ply of lines beside the file of its job is no surface.
+/// A .ply of lines in the folder of its job is no surface.
 ClientError with_hint_at_job(const ClientError& error, const std::filesystem::path& file) {
   const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
   if (client::file_of_scene(folder) == folder) return error;

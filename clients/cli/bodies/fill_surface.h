@@ -16,8 +16,8 @@ struct Filling {
   [[nodiscard]] bool is_given() const { return tets || within; }
 };
 
-/// The tets that fill the surface of a file, as a scene with the server's defaults; how near they
-/// come to it is said on stderr. @throws ClientError naming the option that is refused
+/// The tets that fill the surface of a file, as a scene with the server's defaults. Their distance
+/// from it is reported on stderr. @throws ClientError naming the option that is refused
 [[nodiscard]] v1::Scene fill_surface(Context& context, const std::string& surface,
                                      const Filling& filling, double wait_s);
 

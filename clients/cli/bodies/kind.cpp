@@ -48,7 +48,7 @@ class BodyKind final : public Kind {
   }
 };
 
-/// Of an error.
+/// Text of an error.
 std::string percent(double share) {
   if (share > 10) return "more than 1000 %";
   return share < 0.1 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
@@ -125,7 +125,7 @@ std::string BodyKind::summary(const v1::GetSessionResponse& session) const {
                      words(v1::EndCondition_Name(session.scene().last_end()), "END_CONDITION_"));
 }
 
-/// What it holds: nodes, or "triangle 7 (0.5, 0.25, 0.25)", or "vertex 12" of a surface.
+/// Its held place: nodes, or "triangle 7 (0.5, 0.25, 0.25)", or "vertex 12" of a surface.
 std::string node_list(const v1::Constraint& constraint) {
   if (constraint.has_surface_vertex()) return fmt::format("vertex {}", constraint.surface_vertex());
   if (constraint.has_point()) {

@@ -7,7 +7,7 @@
 
 namespace limber::cli::bodies {
 
-/// What `--optimise` may be.
+/// Values of `--optimise`.
 inline const std::map<std::string, v1::MaterialVariables> kMaterialVariables = {
     {"motion", v1::MATERIAL_VARIABLES_MOTION},
     {"dynamics", v1::MATERIAL_VARIABLES_DYNAMICS},

@@ -37,7 +37,7 @@ struct DesignOptions {
   std::string lengths, sections, guard;
   std::optional<double> thinnest, thickest, least_cover;
   bool detach = false;
-  // Of a linkage that begins with the surface alone:
+  // For a linkage that begins with the surface alone:
   std::string grid, section;  // COLUMNSxROWS, WIDTHxHEIGHT
   bool same_place = false;
   std::optional<double> flat_angle, length_unit, youngs_modulus;
@@ -69,7 +69,7 @@ std::optional<v1::SurfacePlacement> placement(const DesignOptions& options) {
   return placement;
 }
 
-/// What a goal and a change of it have in common.
+/// Common part of a goal and of its change.
 template <class Message>
 void put_goal(const DesignOptions& options, Message& message) {
   if (options.flat_share) message.set_flat_share(*options.flat_share);
@@ -142,7 +142,7 @@ v1::StartDesignRequest open_grid(Context& context, const DesignOptions& options)
   return std::move(opened.design);
 }
 
-/// Where the session's newest design has its surface.
+/// Placement of the surface in the session's newest design.
 v1::SurfacePlacement newest_place(LinkageDesign& design) {
   if (const auto newest = design.info()) return newest->placement();
   throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "same-place",
@@ -182,7 +182,7 @@ void start_design(Context& context, const DesignOptions& options) {
   v1::StartDesignResponse started;
   try {
     started.set_job(begin(design, options, std::move(request)));
-  } catch (...) {  // no grid is left behind of what is refused
+  } catch (...) {  // no grid is left behind by a refused command
     if (is_new) context.session<client::OpenSession>(options.session).close();
     throw;
   }

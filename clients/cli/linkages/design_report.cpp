@@ -52,7 +52,7 @@ void print_other(const v1::DesignInfo& info, const v1::OtherOptimum& other) {
       other.terms().surface_rms(), 100 * other.size_difference(), other.deployed_distance());
 }
 
-/// What a builder has to apply.
+/// Forces that a builder has to apply.
 void print_erection(const v1::LinkageErection& erection) {
   fmt::print("opens from flat to {:.4g} degrees {}\n", erection.mean_angle_degrees(),
              erection.push_size() == 0

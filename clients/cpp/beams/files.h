@@ -13,8 +13,7 @@ namespace v1 = limber::v1;
 /// Its SimulationJob.json. @param path  that, or its folder
 [[nodiscard]] std::filesystem::path file_of_beam_job(const std::filesystem::path& path);
 
-/// A structure of beams (.json), what a scene file has of beams, or a job with the files that it
-/// names.
+/// A structure of beams (.json), that of a scene file, or a job with the files that it names.
 /// @throws ClientError INVALID_ARGUMENT with a path below `structure`, IO
 [[nodiscard]] v1::BeamScene load_beams(const std::filesystem::path& path);
 

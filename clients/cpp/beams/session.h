@@ -9,8 +9,9 @@
 
 namespace limber::client {
 
-/// Where a node is brought: x, y, z from where it is drawn [m] and a rotation vector from rest
-/// [radian], or in its place rotations about single axes. What is not given stays as it is.
+/// Displacement of a node: x, y, z from its drawn position [m] and a rotation vector from rest
+/// [radian], or in its place rotations about single axes. Members that are not given stay
+/// unchanged.
 struct BeamMove {
   std::optional<double> x, y, z;
   std::optional<Vector> position;  // in place of x, y, z: a point [m]
@@ -21,15 +22,15 @@ struct BeamMove {
   std::optional<std::array<Vector, 2>> axes;
 };
 
-/// What a load does where the node or element that it acts on turns.
+/// Direction of a load if the node or element that it acts on turns.
 enum class LoadDirection {
   kFixed,    // it keeps its direction in space
   kFollows,  // it turns along
 };
 
-/// A session of a structure of beams: edits, and what comes of them. Nodes and elements count from
-/// 0, SI units. The equilibrium that wait() waits for is followed from the one there was; `beams()`
-/// of its result says how the solve went and where it snapped.
+/// A session of a structure of beams: edits, and their results. Nodes and elements count from 0, SI
+/// units. The equilibrium that wait() waits for is followed from the previous one; `beams()` of its
+/// result says how the solve went and where it snapped.
 class BeamSession : public OpenSession {
  public:
   /// A session that is there already, of any client, as NAME or NAME@UID; nothing is sent.
@@ -44,16 +45,16 @@ class BeamSession : public OpenSession {
 
   /// Brings a node somewhere, whether a support held it or not, and holds it there.
   v1::EditResponse move_support(unsigned node, const BeamMove& move);
-  /// Replaces the node's support; nothing fixed: it is gone.
+  /// Replaces the node's support; if nothing is fixed, it is removed.
   v1::EditResponse support(const v1::BeamSupport& support);
   /// Holds a node where it is, once it is at rest.
   v1::EditResponse hold(unsigned node);
   /// Takes the node's support and motion away.
   v1::EditResponse release(unsigned node);
-  /// Replaces what loads the node [N], [N m]; zeros take it away.
+  /// Replaces the loads of the node [N], [N m]; zeros remove them.
   v1::EditResponse load(unsigned node, const Vector& force, const Vector& moment = {},
                         LoadDirection direction = LoadDirection::kFixed);
-  /// Replaces what is distributed over the element [N/m].
+  /// Replaces the distributed load of the element [N/m].
   v1::EditResponse element_load(unsigned element, const Vector& force,
                                 LoadDirection direction = LoadDirection::kFixed);
   /// Loads the node [N], [N m] and takes that away again: does the structure come back, or snap to

@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files that a .pvd names, to be sent along; what it says of them is the server's to read, and to
-/// refuse.
+/// Files that a .pvd names, to be sent along; the server parses their attributes, and may refuse
+/// them.
 std::vector<std::string> names_in(const std::string& pvd) {
   pugi::xml_document document;
   document.load_buffer(pvd.data(), pvd.size());

@@ -6,9 +6,9 @@
 
 namespace limber::client {
 
-/// Puts the bytes of the files that a base motion names (.pc2, .pvd with the .vtu that it lists, or
-/// .vtu one by one) in place of their paths, which are relative to `folder`; others stay as they
-/// are. @throws ClientError IO, INVALID_ARGUMENT naming the field
+/// Replaces paths in a base motion (.pc2, .pvd with the .vtu that it lists, or .vtu one by one) by
+/// the bytes of the files. Paths are relative to `folder`; other sources stay unchanged. @throws
+/// ClientError IO, INVALID_ARGUMENT naming the field
 void put_motion_bytes(v1::BaseMotion& motion, const std::filesystem::path& folder);
 
 }  // namespace limber::client

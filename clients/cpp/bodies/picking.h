@@ -15,7 +15,7 @@ struct DrawnSurface {
   v1::PointSurface surface = v1::POINT_SURFACE_UNSPECIFIED;
 };
 
-/// A point of a surface: what Constraint.point takes, and where it is.
+/// A point of a surface: the value for Constraint.point, and its position.
 struct PickedPoint {
   v1::SurfacePoint point;
   Vector position{};    // [length unit]
@@ -26,7 +26,7 @@ struct PickedPoint {
 /// @throws ClientError FAILED_PRECONDITION for a surface without triangles
 [[nodiscard]] PickedPoint nearest_point(const DrawnSurface& surface, const Vector& position);
 
-/// Of points (n x 3), the ids of those in a box with sides along the axes, its faces included.
+/// The ids of those points (n x 3) in a box with sides along the axes, its faces included.
 [[nodiscard]] std::vector<std::uint32_t> points_in_box(const std::vector<double>& points,
                                                        const Vector& low, const Vector& high);
 

@@ -9,7 +9,7 @@ namespace limber::client {
 
 namespace v1 = limber::v1;
 
-/// Of bodies that are opened without a scene file.
+/// Frames of bodies that are opened without a scene file.
 inline constexpr unsigned kFramesOfPlainFiles = 120;
 
 /// An elastic body of a tetrahedral mesh, with the server's defaults: 120 frames, nothing fixed.
@@ -18,8 +18,8 @@ inline constexpr unsigned kFramesOfPlainFiles = 120;
 /// The same of tets that are not in a file. @param name  of the scene
 [[nodiscard]] v1::Scene scene_of_tets(const std::string& name, v1::MeshArrays mesh);
 
-/// What such a scene has that its file does not say, in words. @param scene  as the server has it:
-/// with its defaults
+/// Properties of such a scene that its file does not define, in words. @param scene  as the server
+/// has it: with its defaults
 [[nodiscard]] std::string body_assumptions(const v1::Scene& scene);
 
 }  // namespace limber::client

@@ -22,9 +22,8 @@ void put_pose_bytes(v1::Scene& scene, const std::filesystem::path& folder);
 /// Puts such bytes in place of a scene's path. @throws ClientError IO
 void put_stiffness_bytes(v1::Scene& scene, const std::filesystem::path& folder);
 
-/// Writes the mesh that a scene brings (bytes, or arrays as Gmsh MSH 2.2) below `folder`, and its
-/// path into the scene. @param name  of a file for arrays, without its ending @throws ClientError
-/// IO
+/// Writes the mesh of a scene (bytes, or arrays as Gmsh MSH 2.2) below `folder`, and its path into
+/// the scene. @param name  of a file for arrays, without its ending @throws ClientError IO
 void save_mesh(v1::Scene& scene, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace limber::client

@@ -11,7 +11,7 @@
 
 namespace limber::client {
 
-/// How fast and how lively a body moves; what is not given stays as it is.
+/// Frequency and damping of a body's motion; members that are not given stay unchanged.
 struct DynamicsChange {
   std::optional<double> frames_per_second;
   std::optional<double> period_frames;  // of the lowest elastic mode; 0: as the materials say
@@ -21,14 +21,14 @@ struct DynamicsChange {
   std::optional<double> inertia;          // under a base motion, in [0, 10]
 };
 
-/// What a keyframe gets; what is not given stays as it is.
+/// Change of a keyframe; members that are not given stay unchanged.
 struct KeyframeMove {
   std::optional<unsigned> frame;
   std::optional<double> weight;  // gamma > 0, from now on soft; not with is_exact
   bool is_exact = false;         // held exactly from now on
 };
 
-/// What becomes of the material that was fitted so far.
+/// Use of the material that was fitted so far.
 enum class FittedMaterial {
   kKept,
   kForgotten,  // back to the scene's own
@@ -58,10 +58,10 @@ class BodySession : public OpenSession {
   v1::EditResponse move(std::uint64_t constraint, const Vector& target);
   /// As one revision.
   v1::EditResponse remove(const std::vector<std::uint64_t>& constraints);
-  /// What holds the motion at its first and last frame.
+  /// End conditions of the motion at its first and last frame.
   v1::EditResponse ends(v1::EndCondition first, v1::EndCondition last);
-  /// Edits of others are not undone by what stays: it is read, and sent with the edit, until nobody
-  /// has edited in between, for 10 s at most.
+  /// Edits of others are not undone by the unchanged values. These are read and sent with the edit,
+  /// until no other client has edited in between, for 10 s at most.
   v1::EditResponse dynamics(const DynamicsChange& change);
 
   /// Other paths of the scene's fixed nodes in place of its base motion, frames x fixed nodes x 3
@@ -74,10 +74,10 @@ class BodySession : public OpenSession {
   /// As one revision.
   v1::EditResponse remove_keyframes(const std::vector<std::uint64_t>& keyframes);
 
-  /// What is optimised from now on; MOTION freezes the material.
+  /// Variables that are optimised from now on; MOTION freezes the material.
   v1::EditResponse optimise(v1::MaterialVariables variables,
                             FittedMaterial fitted = FittedMaterial::kKept);
-  /// Forgets what was fitted: the scene's own material, from which optimisation starts anew.
+  /// Discards fitted values: the scene's own material, from which optimisation starts anew.
   v1::EditResponse reset_material();
   /// That of the newest result in SI units.
   [[nodiscard]] v1::GetMaterialResponse material();
@@ -86,7 +86,7 @@ class BodySession : public OpenSession {
   [[nodiscard]] Positions positions();
   // Picking: at rest, or in a frame of the newest result.
   /// @param surface  UNSPECIFIED: that which the scene names, else the mesh's
-  /// @throws ClientError FAILED_PRECONDITION where the scene names none and CARRIED is asked for
+  /// @throws ClientError FAILED_PRECONDITION if the scene names none and CARRIED is requested
   [[nodiscard]] DrawnSurface surface(std::optional<std::uint32_t> frame = {},
                                      v1::PointSurface surface = v1::POINT_SURFACE_UNSPECIFIED);
   /// The point of a surface that is nearest to a position, for Constraint.point.
@@ -100,8 +100,8 @@ class BodySession : public OpenSession {
   /// Solves the problem again from the base motion; the better of the two motions stays.
   /// @returns the job
   std::uint64_t solve_cold();
-  /// Of a long motion these frames come first after every edit, on changes_topic(); frame_count 0:
-  /// to the last one, at most 4096. The newest 8 such wishes count. @throws ClientError
+  /// Frames of a long motion that come first after every edit, on changes_topic(); frame_count 0:
+  /// to the last one, at most 4096. The newest 8 such requests count. @throws ClientError
   /// OUT_OF_RANGE
   void look_at(std::uint32_t first_frame, std::uint32_t frame_count = 0);
 

@@ -15,8 +15,8 @@ namespace v1 = limber::v1;
 [[nodiscard]] v1::MeshFile surface_file(const std::filesystem::path& path,
                                         const std::string& field);
 
-/// The surface that is kept beside a mesh: STEM.surface.obj, .ply, .stl, .off or .glb; nothing
-/// where there is none.
+/// The surface in the folder of a mesh: STEM.surface.obj, .ply, .stl, .off or .glb; nothing if
+/// there is none.
 [[nodiscard]] std::optional<std::filesystem::path> surface_beside(
     const std::filesystem::path& mesh);
 

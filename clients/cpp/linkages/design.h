@@ -17,13 +17,14 @@ class LinkageDesign {
  public:
   static constexpr Milliseconds kLarge{120000};  // for answers to requests that bring a surface
 
-  /// Of a session that is there already, as NAME or NAME@UID; nothing is sent.
+  /// For an existing session, as NAME or NAME@UID; nothing is sent.
   LinkageDesign(Client& client, std::string session, Naming naming = Naming::kByUid);
 
-  /// Begins one; what is left out has the server's default. @param request  its session is put in
+  /// Begins one; fields that are left out have the server's default. @param request  its session is
+  /// put in
   /// @returns the job
   std::uint64_t start(v1::StartDesignRequest request);
-  /// Towards another goal; what is absent stays. @param request  its session is put in
+  /// Changes the goal; absent fields stay. @param request  its session is put in
   v1::ChangeDesignResponse change(v1::ChangeDesignRequest request);
   v1::PauseDesignResponse pause();
   v1::ResumeDesignResponse resume();
@@ -32,14 +33,14 @@ class LinkageDesign {
   /// The best rest lengths become the session's; a running design ends. @returns the revision
   std::uint64_t take(std::optional<std::uint64_t> expected_revision = {},
                      Milliseconds timeout = kLarge);
-  /// The newest, whoever began it, with the sizes that take() would bring.
+  /// The newest, begun by any client, with the sizes that take() would bring.
   [[nodiscard]] v1::GetDesignResponse newest();
-  /// How the newest stands, whoever began it; nothing before the first.
+  /// State of the newest, begun by any client; nothing before the first.
   [[nodiscard]] std::optional<v1::DesignInfo> info();
-  /// Of each segment, what take() would bring [length unit]; empty where there is nothing.
+  /// For each segment, the length that take() would bring [length unit]; empty if there is none.
   [[nodiscard]] std::vector<double> best_lengths();
-  /// Until the newest has ended. @throws ClientError what it failed with; TIMEOUT;
-  /// FAILED_PRECONDITION where there is none
+  /// Waits until the newest has ended. @throws ClientError of its failure; TIMEOUT;
+  /// FAILED_PRECONDITION if there is none
   [[nodiscard]] v1::DesignInfo wait(Milliseconds timeout = Milliseconds{600000});
   /// The same, however it ended. @throws ClientError TIMEOUT; FAILED_PRECONDITION
   v1::DesignInfo wait_until_ended(Milliseconds timeout = Milliseconds{600000});

@@ -30,7 +30,7 @@ void push(v1::Scene& scene, const v1::MakeStartingGridResponse& grid, double fla
   }
 }
 
-/// What is unlikely of the grid, as its size in kilometres.
+/// Unlikely properties of the grid, as its size in kilometres.
 void add_warnings(Client& client, const v1::Scene& scene, std::string& remark) {
   v1::ValidateSceneRequest request;
   *request.mutable_scene() = scene;

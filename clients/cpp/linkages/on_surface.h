@@ -6,15 +6,15 @@
 
 namespace limber::client {
 
-/// A linkage for a patch of surface, where there is only the surface: a grid of straight rods that
-/// lies flat, opened, and deployed to the angle that rods cross at on the surface.
+/// A linkage for a patch of surface, if only the surface is given. It is a grid of straight rods
+/// that lies flat, opened, and deployed to the angle that rods cross at on the surface.
 struct SurfaceLinkage {
   LinkageSession session;
   /// Begins its design: the surface, put where the grid fits the joints, the flat grid held at
   /// its angle, and none of its joints below half of that. Add what else is wanted.
   v1::StartDesignRequest design;
   double misfit = 0;  // largest difference of a length from that on the surface, as a share
-  /// What will obstruct the design, and warnings of the scene; empty: nothing.
+  /// Obstacles for the design, and warnings of the scene; empty: none.
   std::string remark;
 };
 

@@ -14,8 +14,8 @@ namespace v1 = limber::v1;
 /// @throws ClientError IO, INVALID_ARGUMENT naming `scene` where there is no line of some length
 [[nodiscard]] v1::Scene scene_of_lines(const std::filesystem::path& path);
 
-/// What such a scene has that its file does not say, in words. @param scene  as the server has it:
-/// with its defaults
+/// Properties of such a scene that its file does not define, in words. @param scene  as the server
+/// has it: with its defaults
 [[nodiscard]] std::string linkage_assumptions(const v1::Scene& scene);
 
 }  // namespace limber::client

@@ -11,16 +11,16 @@
 
 namespace limber::client {
 
-/// What loads a joint; nothing by default. The moment and the force keep their directions.
+/// Load of a joint; nothing by default. The moment and the force keep their directions.
 struct JointLoad {
   Vector force{};     // [N]
   Vector moment{};    // [N m]
   double torque = 0;  // opens the joint [N m]
 };
 
-/// A session of a rod linkage: edits, and what comes of them. Joints and segments count from 0,
-/// angles are in degrees, positions in the scene's length unit. `linkage()` of a result that wait()
-/// waits for has energies, mean angle, and the path of equilibria that led there.
+/// A session of a rod linkage: edits, and their results. Joints and segments count from 0, angles
+/// are in degrees, positions in the scene's length unit. `linkage()` of a result that wait() waits
+/// for has energies, mean angle, and the path of equilibria that led there.
 class LinkageSession : public OpenSession {
  public:
   static constexpr double kStiffness = 1000;  // of springs to targets [N/m]
@@ -29,8 +29,8 @@ class LinkageSession : public OpenSession {
   LinkageSession(Client& client, std::string session, Naming naming = Naming::kByUid);
   /// Opens a scene with a linkage and waits until it is in equilibrium.
   /// @param session  its name; empty: chosen by the server
-  /// @throws ClientError also with what the build failed with; the session is closed then, as it is
-  /// where the time is over
+  /// @throws ClientError also of the build's failure; the session is closed then, and also if the
+  /// time is over
   static LinkageSession open(Client& client, const v1::Scene& scene,
                              const std::string& session = "", Milliseconds timeout = kPatience);
 
@@ -57,10 +57,10 @@ class LinkageSession : public OpenSession {
   v1::EditResponse remove_target(std::uint64_t target);
   /// As one revision.
   v1::EditResponse remove_targets(const std::vector<std::uint64_t>& targets);
-  /// Replaces what loads a joint.
+  /// Replaces the loads of a joint.
   v1::EditResponse load(unsigned joint, const JointLoad& load);
 
-  /// What stays the same for all shapes; fetched once.
+  /// Data common to all shapes; fetched once.
   const LinkageGeometry& geometry();
   /// The equilibria along the path of the newest result, the shape itself last.
   [[nodiscard]] std::vector<LinkageShape> shapes();
@@ -74,7 +74,7 @@ class LinkageSession : public OpenSession {
   std::optional<LinkageGeometry> geometry_;
 };
 
-/// Where along the path to a result the branch of equilibria changed.
+/// Places on the path to a result where the branch of equilibria changed.
 [[nodiscard]] std::vector<v1::LinkageStep> events(const v1::ResultInfo& result);
 
 }  // namespace limber::client

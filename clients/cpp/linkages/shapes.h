@@ -27,7 +27,7 @@ struct LinkageRod {
   bool closed = false;         // a ring: the last segment goes on in the first
 };
 
-/// What stays the same for all shapes of a linkage.
+/// Data common to all shapes of a linkage.
 class LinkageGeometry {
  public:
   /// @throws ClientError FAILED_PRECONDITION for the geometry of a body, MALFORMED for parts that
@@ -38,18 +38,18 @@ class LinkageGeometry {
   /// @throws ClientError MALFORMED for frames of another linkage or encoding
   [[nodiscard]] std::vector<LinkageShape> shapes(const v1::Frames& frames) const;
 
-  /// Of the edges: frames say by their basis_hash which ones they are of.
+  /// Hash of the edges: frames refer to their edges by basis_hash.
   [[nodiscard]] const std::string& hash() const { return hash_; }
   [[nodiscard]] int segments() const { return static_cast<int>(edges_.size()); }
   [[nodiscard]] int joints() const { return static_cast<int>(vertex_of_joint_.size()); }
   [[nodiscard]] const std::vector<int>& edges() const { return edges_; }  // of each segment
-  /// Of each segment, from its start to its finish; -1: a free end.
+  /// For each segment, from its start to its finish; -1: a free end.
   [[nodiscard]] const std::vector<std::array<int, 2>>& joints_of_segment() const { return ends_; }
-  /// Of each joint, the vertex of the line mesh.
+  /// For each joint, the vertex of the line mesh.
   [[nodiscard]] const std::vector<int>& vertex_of_joint() const { return vertex_of_joint_; }
   /// Every segment is in one of them.
   [[nodiscard]] const std::vector<LinkageRod>& rods() const { return rods_; }
-  /// What opens one joint closes the next: there is no mean opening angle to ask for.
+  /// A rotation that opens one joint closes the next: there is no mean opening angle to request.
   [[nodiscard]] bool mixed_angles() const { return mixed_angles_; }
 
  private:

@@ -1,4 +1,4 @@
-"""`python3 -m limber`: what needs no C++, beside the command line `limber`."""
+"""`python3 -m limber`: commands without C++, in addition to the command line `limber`."""
 
 from __future__ import annotations
 

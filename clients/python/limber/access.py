@@ -1,4 +1,4 @@
-"""Who may do what on a server with CURVE keys: its list of clients' keys."""
+"""Permissions on a server with CURVE keys: its list of clients' keys."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def role_name(role: int) -> str:
 
 @dataclass(frozen=True)
 class AllowedKey:
-    """A key that may connect: what its client may do ("view", "edit" or "administer"), and whose it is (may be empty)."""
+    """A key that may connect: the role of its client ("view", "edit" or "administer"), and its owner (may be empty)."""
 
     key: str
     role: str
@@ -50,6 +50,6 @@ class AccessRequests:
         return AllowedKey.from_message(self.connection.call("allow", access.AllowRequest(key=entry)).key)
 
     def revoke(self, key: str) -> AllowedKey:
-        """Takes a key, given as it is or by its name, off the list: whoever has it is cut off when this returns."""
+        """Takes a key, given as it is or by its name, off the list: its clients are disconnected when this returns."""
         response = self.connection.call("revoke", access.RevokeRequest(key=checks.text(key, "key")))
         return AllowedKey.from_message(response.key)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SessionPage:
-    """Where a session is seen and edited. A notebook shows it as what it is: an IFrame."""
+    """Address where a session is viewed and edited. A notebook shows it as an IFrame."""
 
-    url: str                # with the token, which lets in whoever knows it
+    url: str                # with the token, which admits everyone that knows it
     height: int = 600       # of the IFrame [pixel]
 
     def _repr_html_(self) -> str:
@@ -40,7 +40,7 @@ class SessionPage:
 
 
 def page_of(session: "OpenSession", height: int) -> SessionPage:
-    """raises LimberError: the session is gone, or its server has no pages."""
+    """raises LimberError: the session does not exist any more, or its server has no pages."""
     checks.whole(height, "height")
     name = session.status().session  # which refuses sessions that are closed, or of another run
     info = session.server.info()
@@ -70,7 +70,7 @@ def in_notebook() -> bool:
 
 
 def notebook_origins() -> "list[str]":
-    """Of the notebook servers of this user that run here: pages of these may embed ours."""
+    """Origins of the notebook servers of this user that run here: their pages may embed ours."""
     try:
         from jupyter_server.serverapp import list_running_servers  # type: ignore[import-not-found]
     except ImportError:
@@ -87,12 +87,12 @@ def notebook_origins() -> "list[str]":
 
 
 def _reachable(url: str) -> str:
-    """Where a browser on this machine finds what is bound to all addresses."""
+    """Address for a browser on this machine of a server that is bound to all addresses."""
     return url.replace("://0.0.0.0:", "://127.0.0.1:").replace("://[::]:", "://[::1]:")
 
 
 def _redirection(url: str) -> Path:
-    """A file that leads to the address. Of a command line other users of this machine would read the token."""
+    """A file that leads to the address. Other users of this machine could read the token from a command line."""
     state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state") / "limber"
     try:
         state.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Arguments of the public functions: what is of the wrong type is refused by its name, before anything is sent."""
+"""Arguments of the public functions: an argument of the wrong type is refused by its name, before anything is sent."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from .errors import invalid
 
-MOST_SECONDS = 1e6  # what threads can wait in one go is not much more
+MOST_SECONDS = 1e6  # threads cannot wait much longer in one call
 
 
 def whole(value: Any, field: str, most: int = 2 ** 32 - 1) -> int:
@@ -36,7 +36,7 @@ def wholes(values: Any, field: str) -> list[int]:
 
 
 def several(values: Any, field: str) -> Iterable[Any]:
-    """What can be walked through and is no text."""
+    """An iterable that is not a text."""
     if isinstance(values, (str, bytes)):
         raise invalid(field, f"{field} takes a list, not {values!r}")
     try:
@@ -46,7 +46,7 @@ def several(values: Any, field: str) -> Iterable[Any]:
 
 
 def real(value: Any, field: str) -> float:
-    """A number. Text that looks like one is none; what NaN and infinity are worth is the server's to say."""
+    """A number. Text that looks like a number is none; the server judges NaN and infinity."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.bool_)):
@@ -98,8 +98,7 @@ def one_of(value: Any, names: Iterable[str], field: str) -> str:
 
 
 def json_fault(error: Exception) -> tuple[str, str]:
-    """Where and why json_format refused something: "Failed to parse a field: Failed to parse b field: why" is
-    (".a.b", "why")."""
+    """Path and reason of a refusal by json_format: "Failed to parse a field: Failed to parse b field: why" is (".a.b", "why")."""
     why, path = str(error), ""
     while found := re.match(r"Failed to parse (\w+(?:\[\d+\])?) field: ", why):
         path, why = f"{path}.{found[1]}", why[found.end():]

@@ -1,11 +1,10 @@
 """One DEALER socket, owned by one thread; requests of any thread, many in flight.
 
-Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
-meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
-A request is sent once more where the connection broke and is there again, and after half of its time, under the same id:
-limberd applies what changes something once and answers it again, and the first answer counts. What a limberd
-with a store refuses, since it ends for another run to take its place, is sent to that one; what is about a job is not, which
-ends with its run.
+Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned. If the server was silent meanwhile,
+the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one. A request is sent
+once more, under the same id, if the connection broke and is there again, and after half of its time. The server applies changes
+once and answers again, and the first answer counts. A limberd with a store that ends for another run to take its place refuses
+requests; these are sent to the new run. Requests about jobs are not, since a job ends with its run.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ from .version import PACKAGE, PROTOCOL
 
 _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
 
-# A stream, which gets the status every two seconds, and a request that waits on the server ask after this long a silence
-# whether limberd is there, which it answers at once however busy it is, and wait that long for the answer [s].
+# A stream (which gets the status every two seconds) and a request that waits on the server check after this long a silence
+# whether limberd is there, and wait this long for the answer [s]. A busy limberd answers that at once, too.
 SILENCE = 5.0
 PATIENCE = 3.0
 
@@ -45,7 +44,7 @@ NEXT_RUN = 60.0
 # Not sent again: a limberd that was started meanwhile is not meant.
 SENT_ONCE = frozenset({"shutdown"})
 
-# How often a long answer is asked for whose parts went with a connection.
+# Number of requests for a long answer whose parts were lost with a connection.
 _TRIES = 3
 
 
@@ -54,7 +53,7 @@ class _Asked:
     """A request that waits for an answer."""
 
     future: futures.Future
-    again: "bytes | None"   # what is sent once more for it
+    again: "bytes | None"   # message sent once more for it
     is_for_next: bool       # another run of limberd that has its sessions answers it as well
     refusal: "service.Reply | None" = None  # of a run that has ended
     refused: float = 0.0    # time.monotonic() of that [s]
@@ -70,8 +69,8 @@ class CurveKeys:
 
     @staticmethod
     def read(server: "str | os.PathLike[str]", key_file: "str | os.PathLike[str]") -> "CurveKeys":
-        """Keys as `limberd keygen` writes them: the server's public key (or its file), this client's secret key file
-        with the public key in a file of the same name and ".pub". Refused where others may read the secret key."""
+        """Keys as `limberd keygen` writes them: the server's public key (or its file), this client's secret key file. Its public
+        key is in a file of the same name and ".pub". Refused if others may read the secret key."""
         _demand_private(key_file)
         is_key = len(str(server)) == 40 and not os.path.exists(server)
         return CurveKeys(str(server) if is_key else _read_key(server, "server_key"),
@@ -79,7 +78,7 @@ class CurveKeys:
 
 
 def public_key(given: "str | os.PathLike[str]", name: str) -> str:
-    """A client's public key: as text, or from the file that holds it; of a secret key's FILE, from FILE.pub beside it."""
+    """A client's public key: as text, or from the file that holds it; for a secret key's FILE, from FILE.pub."""
     if not os.path.exists(given):
         if len(str(given)) == 40:
             return str(given)
@@ -87,14 +86,14 @@ def public_key(given: "str | os.PathLike[str]", name: str) -> str:
     file = os.fspath(given)
     if os.path.exists(f"{file}.pub"):
         return _read_key(f"{file}.pub", name)
-    # Nobody but its owner may read it: a secret key looks the same, and would be sent.
+    # Only its owner may read it: a secret key looks the same, and would be sent.
     if os.name == "posix" and not str(file).endswith(".pub") and not os.stat(file).st_mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise LimberError("INVALID_ARGUMENT", f"{file} may hold a secret key: give FILE.pub, or the public key itself", name)
     return _read_key(file, name)
 
 
 def _demand_private(path: "str | os.PathLike[str]") -> None:
-    """What others than its owner may read is no secret."""
+    """Refuses files that other users may read: they are not secret."""
     try:
         mode = os.stat(path).st_mode
     except OSError:
@@ -120,7 +119,7 @@ def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
 
 
 def configure(socket: zmq.Socket, keys: CurveKeys | None) -> None:
-    """What every socket of a client has in common: it never blocks its closing, and notices a dead peer."""
+    """Options of every socket of a client: it never blocks its closing, and notices a dead peer."""
     socket.linger = 0
     socket.rcvhwm = 0  # never a full queue, see reception.py; a thread empties every socket of a client
     socket.setsockopt(zmq.HEARTBEAT_IVL, 2000)
@@ -158,8 +157,8 @@ class Connection:
         self.client_name = client_name(name)
         self.context = zmq.Context()
         self.client = secrets.token_hex(16)  # by which limberd knows repeated requests, also on a new connection
-        # The run of limberd that is meant by plain names of sessions: that of the first answer; a later one once a
-        # restart was reported by ServerRestarted, or a session was opened there.
+        # The run of limberd that plain names of sessions refer to: that of the first answer. It is a later one once a restart was
+        # reported by ServerRestarted, or a session was opened there.
         self.instance = ""
         self._ids = itertools.count(1)
         self._pending: "dict[int, _Asked]" = {}
@@ -186,9 +185,9 @@ class Connection:
     def call(self, kind: str, message, timeout: float | None = None):
         """Sends one request and returns its response message; raises LimberError.
 
-        kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection: of each
-        part of an answer that is long (reply_parts.py).
-        What names a session is refused by another run of limberd than `instance`: ServerRestarted is raised.
+        kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection: of each part
+        of an answer that is long (reply_parts.py). A request that names a session is refused by another run of limberd than
+        `instance`: ServerRestarted is raised.
         """
         timeout = self.timeout if timeout is None else timeout
         if not reply_parts.may_be_long(kind, message):
@@ -224,7 +223,7 @@ class Connection:
         try:
             return self._await(asked, timeout, asks=kind == "wait")
         except (futures.TimeoutError, ServerUnreachable) as error:
-            # What waits in the socket for another run would be done there, although it is refused here.
+            # Requests that wait in the socket for another run would be executed there, although they are refused here.
             self._abandon(identifier, reopen=self._last_heard < sent or asked.refusal is not None)
             if asked.refusal is not None:
                 raise from_message(asked.refusal.error) from None
@@ -383,7 +382,7 @@ class Connection:
             asked.future.set_exception(LimberError("CANCELLED", "this connection was closed"))
 
     def _send_unanswered(self, socket: zmq.Socket) -> None:
-        """The connection is another one: what the server had not read of the one before is lost."""
+        """The connection is another one: requests that the server had not read on the previous one are lost."""
         with self._lock:
             unanswered = [asked.again for asked in self._pending.values() if asked.again is not None]
         for again in unanswered:
@@ -397,7 +396,7 @@ class Connection:
         try:
             reply = service.Reply.FromString(parts[-1])
         except DecodeError:
-            return  # no message of ours; whoever waits for one meets the deadline
+            return  # no message of ours; its caller meets the deadline
         self._last_heard = time.monotonic()
         self._heard_instance = reply.instance or self._heard_instance
         body = reply.WhichOneof("body")

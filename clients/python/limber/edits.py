@@ -1,4 +1,4 @@
-"""Edits as values, what all kinds share of them: what session.edit([...]) takes."""
+"""Edits as values, for session.edit([...]): the common part of all kinds."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class PartialEdit:
     """An edit that names some values of a whole; the session that takes it keeps the others."""
 
     def complete(self, earlier: "Sequence[service.Edit]", known: "scene.Scene", field: str) -> "service.Edit":
-        """The whole, as the wire wants it. earlier: edits before it in the request; known: the scene as edited before the
-        request; field: what errors name."""
+        """The whole edit in the wire format. earlier: edits before it in the request; known: the scene as edited before the
+        request; field: name in errors."""
         raise NotImplementedError
 
 
@@ -33,13 +33,13 @@ def vector(values: Vector, field: str) -> "common.Vector3":
 
 
 def undo(anyone: bool = False) -> "service.Edit":
-    """Takes back the newest edit of this client's name that was not taken back (by a new edit, where others have edited
-    since); with `anyone` the newest edit, whoever made it."""
+    """Undoes the newest edit of this client's name that was not undone (by a new edit, if others have edited since). With
+    `anyone` it undoes the newest edit of any client."""
     return service.Edit(undo=service.Undo(anyone=anyone))
 
 
 def redo(anyone: bool = False) -> "service.Edit":
-    """Brings back what undo took; anyone: whoever's that was."""
+    """Redoes the undone edit; anyone: also that of other clients."""
     return service.Edit(redo=service.Redo(anyone=anyone))
 
 
@@ -61,6 +61,6 @@ def to_message(edit: EditLike, field: str = "edit") -> "service.Edit":
         try:
             return json_values.parse(edit, service.Edit())
         except (json_format.ParseError, TypeError, AttributeError) as error:
-            # Protobuf does not name every field of the path: the message says what is known.
+            # Protobuf does not name every field of the path: the message states the known part.
             raise invalid(field, f"no edit: {checks.json_fault(error)[1]}") from error
     raise invalid(field, f"an edit is made by limber.add(), .move(), ... or is a mapping, not {type(edit).__name__}")

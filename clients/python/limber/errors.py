@@ -1,4 +1,4 @@
-"""What a client raises."""
+"""Errors that a client raises."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Mapping
 
 from .messages import common
 
-# What an error of a code is, besides a LimberError.
+# Base classes of errors with a code, in addition to LimberError.
 _ALSO: "dict[str, type[Exception]]" = {"TIMEOUT": TimeoutError, "INVALID_ARGUMENT": ValueError, "OUT_OF_RANGE": ValueError, "IO": OSError}
 _NUMBERS = {TimeoutError: errno.ETIMEDOUT, FileNotFoundError: errno.ENOENT}
 
@@ -19,11 +19,11 @@ class LimberError(Exception):
     `code` is the short name of limber.v1.ErrorCode ("OUT_OF_RANGE", "NOT_FOUND", ...), `field` the path of the
     offending field in the request ("edits[0].add.constraint.frame"; empty if none applies), `details` further facts.
 
-    Where that is what happened, it is an error of Python, too: TimeoutError (code TIMEOUT), ValueError (INVALID_ARGUMENT,
-    OUT_OF_RANGE), OSError (IO), of a file that is not there FileNotFoundError.
+    By its code it is also an error of Python: TimeoutError (code TIMEOUT), ValueError (INVALID_ARGUMENT, OUT_OF_RANGE), OSError
+    (IO), FileNotFoundError for a file that does not exist.
     """
 
-    _made_of: "tuple[type[LimberError], type[Exception]] | None" = None  # of what _both() makes
+    _made_of: "tuple[type[LimberError], type[Exception]] | None" = None  # classes made by _both()
 
     def __new__(cls, code: str, *given: Any, **named: Any) -> "LimberError":
         also = _ALSO.get(code)
@@ -86,7 +86,8 @@ class ServerStopped(ServerUnreachable):
 
 
 class ServerRestarted(LimberError):
-    """limberd was restarted: the requested session or job is gone, even if another has its name now. Code "RESTARTED"."""
+    """limberd was restarted: the requested session or job does not exist any more, even if another has its name now. Code
+    "RESTARTED"."""
 
     def __new__(cls, message: str, *given: Any, **named: Any) -> LimberError:
         return super().__new__(cls, "RESTARTED")

@@ -19,7 +19,7 @@ class Export:
     """Files an export wrote; iterates over them."""
 
     files: tuple[Path, ...]
-    result: Result | None  # what was exported; of the last format that has one: a scene has none
+    result: Result | None  # the exported result; of the last format that has one: a scene has none
 
     def __iter__(self):
         return iter(self.files)
@@ -59,7 +59,7 @@ def fetch_first_part(session: "OpenSession", name: str, timeout: float = 120.0) 
 
 def _parts(session: "OpenSession", name: str, stem: str, timeout: float,
            report: Callable[[str, float], None]) -> "Iterator[service.ExportResponse]":
-    """Of one format, all of the same result."""
+    """Answers for one format, all of the same result."""
     part = count = sequence = 0
     while part == 0 or part < count:
         request = service.ExportRequest(session=session.reference, format=session.FORMATS[name], stem=stem, part=part,

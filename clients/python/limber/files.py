@@ -1,4 +1,4 @@
-"""Files as what is uploaded."""
+"""Files as uploads."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .messages import scene as messages
 
 SURFACES = (".obj", ".ply", ".stl", ".off", ".glb")  # endings of files of triangle surfaces
 
-# What else is read with a mesh file, by its ending.
+# Files that are also read with a mesh file, by its ending.
 _COMPANIONS = {".ele": (".node",), ".node": (".ele",)}
 
 
 def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.PathLike[str]"] = (), *,
               field: str = "mesh.path") -> "messages.MeshFile":
-    """A mesh file's bytes for upload, with what belongs to it: TetGen's other half, VegaFEM's includes, and materials
-    in a file of the same stem ending in .elastic.
+    """A mesh file's bytes for upload, with its companions: TetGen's other half, VegaFEM's includes, and materials in a file of
+    the same stem ending in .elastic.
 
-    companions: further files to send along, under their own names; field: what errors name.
+    companions: further files to send along, under their own names; field: name in errors.
     """
     path = checks.path(path, field)
     message = messages.MeshFile(name=path.name, content=read(path, field))
@@ -48,8 +48,8 @@ def surface_file(path: "str | os.PathLike[str]", *, field: str = "surface.path")
 
 
 def material_libraries(path: Path, content: bytes, field: str) -> "dict[str, bytes]":
-    """The .mtl files that an .obj names and that are beside it, by name. Folders in these names are left out: what comes with an
-    .obj never reads a file from elsewhere."""
+    """The .mtl files in the folder of an .obj that it names, by name. Folders in these names are left out: companions of an .obj
+    are never read from elsewhere."""
     libraries: "dict[str, bytes]" = {}
     for text in re.findall(rb"(?m)^[ \t]*mtllib[ \t]+([^\r\n]+?)[ \t]*\r?$", content):
         name = re.split(r"[/\\]", os.fsdecode(text))[-1]
@@ -59,13 +59,13 @@ def material_libraries(path: Path, content: bytes, field: str) -> "dict[str, byt
 
 
 def surface_beside(mesh: Path) -> Path | None:
-    """The surface that is kept beside a mesh: STEM.surface with an ending of SURFACES."""
+    """The surface in the folder of a mesh: STEM.surface with an ending of SURFACES."""
     beside = (mesh.with_suffix(f".surface{ending}") for ending in SURFACES)
     return next((file for file in beside if file.is_file()), None)
 
 
 def read(path: Path, field: str) -> bytes:
-    """The bytes of a regular file; of a pipe nobody is waited for."""
+    """The bytes of a regular file; a pipe is not waited for."""
     try:
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

@@ -1,7 +1,7 @@
-"""A stream against credit: what is not read in time waits at the server, bounded in bytes and counted (follow.proto).
+"""A stream against credit: unread messages wait at the server, bounded in bytes and counted (follow.proto).
 
-The thread of a Reception reads whatever comes, and says how far it is. Where the connection ends, libzmq makes another one, and the
-stream goes on: the server sends a snapshot where anything was published meanwhile.
+The thread of a Reception reads all messages, and reports its position. If the connection ends, libzmq makes another one, and the
+stream continues: the server sends a snapshot if anything was published meanwhile.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Following(Reception):
         """A connection was made, the first one or another."""
         zmq.utils.monitor.recv_monitor_message(watched)
         try:
-            while True:  # what came by the one before was read
+            while True:  # messages of the previous one were read
                 self._take(socket, socket.recv_multipart(zmq.NOBLOCK))
         except zmq.Again:
             pass

@@ -31,7 +31,7 @@ def fetch(call: Call, request: "service.GetFramesRequest",
 
 
 def _is_of_older_server(error: LimberError) -> bool:
-    """It refuses what it does not know of the request: that it can come in parts."""
+    """It refuses a field of the request that it does not know: that the answer can come in parts."""
     return error.code == "INVALID_ARGUMENT" and error.field == "get_frames"
 
 

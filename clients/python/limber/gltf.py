@@ -35,10 +35,10 @@ def _material(material: Material) -> "dict[str, Any]":
 def glb(surface: MovingSurface, base: np.ndarray, targets: np.ndarray, weights: np.ndarray, up: str,
         normals: "tuple[np.ndarray, np.ndarray]", texcoords: "np.ndarray | None" = None, materials: "Sequence[Material]" = (),
         origin: "np.ndarray | None" = None, session: str = "") -> bytes:
-    """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y.
-    Node, mesh and animation have the surface's name, the scene has that of `session`. normals: unit normals of `base` and what
-    each target adds to them; texcoords: vertices x 2, from the upper left corner; materials: of all triangles, each of which is in one. origin: that
-    vertices are relative to [length unit]; the node is there."""
+    """The file: vertices in the surface's own unit and axes below a node that scales them to metres and turns `up` to y. Node,
+    mesh and animation have the surface's name, the scene has that of `session`. `normals`: unit normals of `base` and the
+    increments of each target; texcoords: vertices x 2, from the upper left corner. `materials`: of all triangles, each of which
+    is in one. `origin`: the reference of vertices [length unit]; the node is there."""
     materials = materials or [Material("", COLOUR, np.arange(len(surface.faces)))]
     chunks, views, accessors = bytearray(), [], []
 

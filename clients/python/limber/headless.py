@@ -16,7 +16,7 @@ from typing import Any
 from .errors import LimberError
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-# WebGL by software where there is no GPU; nothing of what a browser does at its first start.
+# WebGL by software if there is no GPU; no actions of a browser's first start.
 FLAGS = ("--headless=new", "--remote-debugging-pipe", "--enable-unsafe-swiftshader", "--use-gl=angle",
          "--use-angle=swiftshader", "--ignore-gpu-blocklist", "--no-first-run", "--no-default-browser-check",
          "--disable-extensions", "--disable-background-networking", "--disable-dev-shm-usage", "--hide-scrollbars",
@@ -114,7 +114,7 @@ class Browser:
             return answer["result"]
 
     def evaluate(self, expression: str) -> Any:
-        """The value of a JavaScript expression, or what its promise brings."""
+        """The value of a JavaScript expression, or of its promise."""
         answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in answer:
             details = answer["exceptionDetails"]

@@ -21,8 +21,8 @@ _OF_WHOLE_NUMBERS = ("tets", "edges", "triangles")  # fields that are arrays of 
 
 
 def parse(value: "Mapping[str, Any]", message: Made) -> Made:
-    """Fills `message`. A position, force or another Vector3 is {"x": 1.0, ...} or three numbers, an Array of numbers also
-    what numpy makes an array of: lists, tuples, arrays and numbers of numpy, of any type.
+    """Fills `message`. A position, force or another Vector3 is {"x": 1.0, ...} or three numbers. An Array of numbers is also
+    anything that numpy makes an array of: lists, tuples, arrays and numbers of numpy, of any type.
 
     Raises json_format.ParseError, TypeError and AttributeError, as json_format does: see checks.json_fault().
     """
@@ -30,7 +30,7 @@ def parse(value: "Mapping[str, Any]", message: Made) -> Made:
 
 
 def plain(value: Any) -> Any:
-    """The JSON form of something with numpy's arrays and numbers in it: what json_format understands."""
+    """The JSON form of a value with numpy's arrays and numbers in it, for json_format."""
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple, range)):

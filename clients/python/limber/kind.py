@@ -1,5 +1,5 @@
-"""What the modules that all kinds share know of a kind of scenes and its sessions. The kinds themselves are rows of
-kinds.py; everything else of a kind is in its own folder."""
+"""Interface of a kind of scenes and its sessions to the modules that all kinds share. The kinds themselves are rows of kinds.py;
+everything else of a kind is in its own folder."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ DEFAULT = "bodies"  # of scenes that no other kind accepts, and of sessions of w
 
 
 class Kind:
-    """Elastic bodies, rod linkages, structures of beams. What is not overridden is that of a kind that has sessions and no
-    files of its own."""
+    """Elastic bodies, rod linkages, structures of beams. The defaults are those of a kind that has sessions and no files of its
+    own."""
 
     session_class: "type[OpenSession]" = OpenSession
 
@@ -42,7 +42,7 @@ class Kind:
         """Puts the bytes of the files that the scene names, relative to the folder, in place of their paths."""
 
     def set_variables(self, scene: "messages.Scene", variables: str) -> None:
-        """Optimises these in place of what the scene says; see Server.open(optimise=)."""
+        """Optimises these in place of the scene's variables; see Server.open(optimise=)."""
         raise invalid("optimise", "linkages and beams have no material to optimise")
 
     def paint(self, scene: "messages.Scene", stiffness: Any) -> None:
@@ -65,7 +65,7 @@ class Kind:
         raise NotImplementedError
 
     def describe_defaults(self, scene: "messages.Scene") -> str:
-        """What the scene of such a file, as the server has it, has that the file does not say."""
+        """Properties of the scene of such a file, as the server has it, that the file does not define."""
         raise NotImplementedError
 
     def advice(self, path: Path) -> str:
@@ -97,7 +97,7 @@ def opener_of(path: Path) -> "Kind | None":
 
 
 def advice(path: Path) -> str:
-    """Of all kinds; empty: there is none."""
+    """Advice of all kinds; empty: there is none."""
     return next((text for text in (kind.advice(path) for kind in every()) if text), "")
 
 
@@ -112,6 +112,6 @@ def register_kind(kind: str, session_class: "type[OpenSession]") -> None:
 
 
 def session_class(kind: str) -> "type[OpenSession]":
-    """Of a kind that nobody registered OpenSession, which has what sessions of every kind have."""
+    """The class of its sessions; for an unregistered kind OpenSession, which has the members of sessions of every kind."""
     known = _KINDS.get(kind or DEFAULT)
     return known.session_class if known else OpenSession

@@ -1,5 +1,5 @@
-"""The registry: a row for each kind, and the requests that single kinds have. The only module, beside the package itself,
-that knows the kinds' folders."""
+"""The registry: a row for each kind, and the requests that single kinds have. The only module, besides the package itself, that
+knows the kinds' folders."""
 
 from . import kind
 from .beams.kind import Beams
@@ -15,4 +15,4 @@ kind.add("linkages", Linkages())
 
 
 class KindRequests(BodyRequests, LinkageRequests, BeamRequests):
-    """What a server does besides sessions that is of one kind each."""
+    """Requests to a server, besides sessions, that are of one kind each."""

@@ -31,7 +31,7 @@ def outline(lath: "Lath", kerf: float = 0.0) -> "list[tuple[float, float]]":
 
 
 def radius(hole: float, kerf: float) -> float:
-    """Of holes of a diameter, half a kerf inside."""
+    """Radius of holes of a diameter, half a kerf inside."""
     if hole <= kerf:
         raise invalid("kerf", f"a kerf of {kerf:g} leaves nothing of holes of {hole:.6g}")
     return (hole - kerf) / 2
@@ -65,7 +65,7 @@ def dxf(path: Path, sheets: "Sequence[Sheet]", unit: str, hole: float) -> None:
 
 
 def marks(lath: "Lath") -> "list[tuple[float, float, float, str]]":
-    """What is written on a lath: where (x along it, y across), how large, what."""
+    """Texts on a lath: position (x along it, y across), size, text."""
     size = 0.2 * min(lath.widths)
     text = [(at.at + 0.8 * size, 0.4 * size, size, str(at.joint)) for at in lath.holes[:-1]]
     if lath.holes:

@@ -1,4 +1,4 @@
-"""What a workshop cuts: laths with their holes, as a table, as drawings on sheets."""
+"""Cutting plans for a workshop: laths with their holes, as a table, as drawings on sheets."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ EDGE_DISTANCE = 1.5  # from the middle of a lath's outer hole to its end, in dia
 
 @dataclass(frozen=True)
 class Hole:
-    """Where a lath is joined to others. Lengths in the unit of the laths."""
+    """Place at which a lath is joined to others. Lengths in the unit of the laths."""
 
     joint: int                # of the linkage, node of a structure of beams
     at: float                 # from the lath's first end
     crosses: tuple[int, ...]  # laths with the same hole
     angle: float              # the joint's opening angle in the shape; of beams between them, in [0, 90] [degree]
-    # What the lath is bent to here [1 / unit]: to the left of its direction as seen against the joint's normal, and towards
-    # the normal (of beams NaN at their ends); and how it is twisted [radian / unit] (of beams NaN).
+    # Curvature of the lath here [1 / unit]: to the left of its direction as seen against the joint's normal, and towards the
+    # normal (of beams NaN at their ends). `twist_rate`: its twist [radian / unit] (of beams NaN).
     curvature_side: float
     curvature_normal: float
     twist_rate: float
@@ -40,7 +40,7 @@ class Lath:
 
     number: int
     parts: tuple[int, ...]      # segments, or elements, that it is made of, in order
-    length: float               # from end to end, with what reaches beyond its outer holes
+    length: float               # from end to end, including the ends beyond its outer holes
     cuts: tuple[float, ...]     # from the first end: where each part begins, and the last one ends
     widths: tuple[float, ...]   # of each part, across the holes
     heights: tuple[float, ...]  # of each part, along the holes
@@ -77,7 +77,7 @@ class Laths:
     hole: float                 # diameter of all holes
     edge_distance: float        # that every outer hole has at least from its end, in diameters
     revision: int               # of the session
-    converged: bool             # false: what is bent is of no equilibrium; lengths and holes are right
+    converged: bool             # false: the curvatures are of no equilibrium; lengths and holes are right
 
     def __iter__(self):
         return iter(self.laths)
@@ -90,7 +90,7 @@ class Laths:
 
     @property
     def length(self) -> float:
-        """Of all laths together."""
+        """Length of all laths together."""
         return sum(lath.length for lath in self.laths)
 
     def csv(self) -> str:
@@ -115,8 +115,8 @@ class Laths:
                kerf: float = 0.0) -> list[Sheet]:
         """The laths laid out in rows, the widest and longest first; all in the unit of the laths.
 
-        sheet: (length, height) of a sheet; None: one as large as it takes. margin: free at its rim; gap: between what is
-        cut; kerf: width of the cut, half of which lies outside every outline and inside every hole.
+        sheet: (length, height) of a sheet; None: one of sufficient size. `margin`: free at its rim; gap: between cut parts; kerf:
+        width of the cut, half of which lies outside every outline and inside every hole.
         """
         return sheets.nest(self.laths, self.unit, sheet, margin, gap, kerf)
 
@@ -144,7 +144,7 @@ class Laths:
 
 
     def _diameter(self, hole: float | None) -> float:
-        """Of holes to be drawn: each lies within its lath, as far from the ends as laths() was asked for."""
+        """Diameter of holes to be drawn: each lies within its lath, with the distance from the ends that laths() was given."""
         diameter = self.hole if hole is None else diameter_of(self.laths, hole)
         for lath in self.laths:
             for drilled in lath.holes:
@@ -160,7 +160,7 @@ class Laths:
 
 
 def diameter_of(laths: "Sequence[Lath]", hole: float | None) -> float:
-    """Of all holes, in the unit of the laths."""
+    """Diameter of all holes, in the unit of the laths."""
     narrowest = min(laths, key=lambda lath: min(lath.widths))
     width = min(narrowest.widths)
     if hole is None:
@@ -173,8 +173,8 @@ def diameter_of(laths: "Sequence[Lath]", hole: float | None) -> float:
 
 def drilled(laths: "Sequence[Lath]", overhang: float | None, hole: float | None,
             edge_distance: float) -> "tuple[tuple[Lath, ...], float, float]":
-    """Laths made longer where they end too near their outer holes, the diameter of all holes, and how many diameters their middles
-    are from the ends at least, of those asked for.
+    """Laths made longer if they end too near their outer holes, and the diameter of all holes. Also how many diameters their
+    middles are from the ends at least, of those requested.
 
     overhang: from the middle of an outer hole to the end, at least; None: edge_distance diameters.
     """
@@ -197,8 +197,8 @@ def _longer(lath: Lath, beyond: float) -> Lath:
 
 
 def walk(part: int, entered: int, follows: "dict[tuple[int, int], tuple[int, int]]") -> "list[tuple[int, int]]":
-    """Parts of one piece from this one on, each with the end (0 or 1) where it is entered. follows: which end of which part
-    goes on at an end of a part."""
+    """Parts of one piece from this one on, each with the end (0 or 1) at which it is entered. `follows`: the end of the part that
+    continues an end of a part."""
     run, seen = [(part, entered)], {part}
     while (after := follows.get((run[-1][0], 1 - run[-1][1]))) is not None and after[0] not in seen:
         run.append(after)

@@ -84,7 +84,7 @@ class LaunchedServer(Server):
 
     @property
     def log(self) -> str:
-        """What limberd printed so far."""
+        """The output of limberd so far."""
         return (self.folder / "limberd.log").read_text(errors="replace")
 
     def close(self) -> None:
@@ -111,13 +111,13 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "
            embed_in: "Sequence[str] | None" = None, name: str | None = None) -> LaunchedServer:
     """Starts a limberd of our own and connects to it. It ends with the server object, or with this process.
 
-    binary: default see find_binary(); transport: "ipc" (sockets in a folder that goes with the server) or "tcp" (free
-    ports on loopback, for other clients too); arguments: more options of limberd; cache_dir: for built models (default:
-    limberd's own, so that a scene that was opened before is ready at once). Raises LimberError with what limberd printed
-    if it does not start. name: as of connect().
+    binary: default see find_binary(). `transport`: "ipc" (sockets in a folder that is removed with the server) or "tcp" (free
+    ports on loopback, for other clients too). `arguments`: more options of limberd. `cache_dir`: for built models (default:
+    limberd's own, in which a scene that was opened before is ready at once). Raises LimberError with the output of limberd if it
+    does not start. `name`: as in connect().
 
-    web: serves the page too, on a free port of loopback, for OpenSession.show(). embed_in: origins of pages that may embed it, such as
-    "http://localhost:8888"; in a notebook, by default those of this user's notebook servers on this machine.
+    web: serves the page too, on a free port of loopback, for OpenSession.show(). `embed_in`: origins of pages that may embed it,
+    such as "http://localhost:8888"; in a notebook, by default those of this user's notebook servers on this machine.
     """
     if transport not in ("ipc", "tcp"):
         raise invalid("transport", f'transport is "ipc" or "tcp", not {transport!r}')

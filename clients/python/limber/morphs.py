@@ -13,7 +13,7 @@ def targets_of(positions: np.ndarray, tolerance: float, most: int,
     targets at most.
 
     Base (vertices x 3), targets (k x vertices x 3, added to the base) and weights (frames x k), all float32, and the largest
-    distance that is left with these. base: the first frame where none is given.
+    distance that is left with these. `base`: the first frame if none is given.
     """
     frames, vertices = positions.shape[:2]
     base = np.array(positions[0] if base is None else base, dtype=np.float32)

@@ -1,4 +1,4 @@
-"""A motion that is kept up to date by what changes of it: for long ones."""
+"""A motion that is kept up to date by its changes: for long ones."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class MotionUpdate:
     first_frame: int     # first_frame .. first_frame + frame_count - 1 are new
     frame_count: int
     whole: bool          # the motion is that of `result` now; else some frames are still those of the one before
-    early: bool          # before their result is whole: what is looked at, and what lies near an edit
+    early: bool          # before their result is whole: frames in view, and frames near an edit
     missed: int          # messages lost just before; the motion was fetched anew where it needed that
 
 
 class MotionStream(SessionStream):
-    """Iterates over what changes of a session's motion, and keeps the motion; made by Session.follow().
+    """Iterates over changes of a session's motion, and keeps the motion; made by Session.follow().
 
-    Frames that differ from what was sent before by less than single precision shows are not sent again. Where messages
-    were lost, the motion is fetched. Ends and raises as Session.stream().
+    A frame is not sent again if it differs from the one sent before by less than single precision shows. If messages were lost,
+    the motion is fetched. Ends and raises as Session.stream().
     """
 
     def __init__(self, session: "OpenSession", timeout: float | None = None):
@@ -48,12 +48,13 @@ class MotionStream(SessionStream):
 
     @property
     def sequence(self) -> int:
-        """Of the result that the motion is of; 0: of none."""
+        """Number of the result that the motion is of; 0: of none."""
         return self._sequence
 
     @property
     def coordinates(self) -> np.ndarray:
-        """frames x h float32 (float64 of rods and beams far from the origin), read-only: what is known of the motion now. It changes with the next update."""
+        """frames x h float32 (float64 of rods and beams far from the origin), read-only: the motion as known now. It changes with
+        the next update."""
         if self._motion is None:
             raise LimberError("FAILED_PRECONDITION", "there is no motion before the first update")
         view = self._motion.view()

@@ -1,4 +1,4 @@
-"""What of a session is drawn and moves: made by each kind, written by saving.py."""
+"""Moving surfaces of a session for drawing: made by each kind, written by saving.py."""
 
 from __future__ import annotations
 

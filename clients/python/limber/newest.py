@@ -1,4 +1,4 @@
-"""What arrived on a stream and was not read yet: the newest frames, and the newest status."""
+"""Unread arrivals of a stream: the newest frames, and the newest status."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Waiting:
 class Newest:
     """Bounded: of frames the newest MOST are kept, of the status the newest. Filled by one thread, read by another.
 
-    Who reads late finds the newest motion; what had to go for it is counted as missed, like what never arrived.
+    A late reader finds the newest motion; results discarded for it are counted as missed, like those that never arrived.
     """
 
     def __init__(self, most: int = MOST):
@@ -42,7 +42,7 @@ class Newest:
         self.reason: Exception | None = None  # why it was closed, where that is no ordinary end
 
     def begin_with(self, frames: "service.Frames") -> None:
-        """Frames that were asked for come before all that is newer, and in the place of what is not."""
+        """Requested frames come before all newer ones, and replace the older ones."""
         with self._changed:
             at = (frames.result.sequence, frames.first_frame)
             newer = [one for one in self._frames if (one.frames.result.sequence, one.frames.first_frame) > at]
@@ -52,7 +52,7 @@ class Newest:
             self._changed.notify_all()
 
     def begin_anew(self) -> None:
-        """What comes from now on is of another run of the server, which may number results and messages from 1."""
+        """From now on arrivals are of another run of the server, which may number results and messages from 1."""
         with self._changed:
             self._newest, self._sequence = (0, -1), None
 
@@ -72,7 +72,7 @@ class Newest:
             self._changed.notify_all()
 
     def close(self, reason: Exception | None = None) -> None:
-        """Wakes who waits: nothing will come any more. reason: what the reader is to hear after the frames that wait."""
+        """Wakes waiting readers: nothing will come any more. reason: the error that a reader gets after the waiting frames."""
         with self._changed:
             if not self._closed:
                 self.reason = reason
@@ -114,7 +114,7 @@ class Newest:
             self._frames[0].missed += gone.missed + 1
 
 
-# Of changes that wait for a reader that is slow: messages, and bytes of frames.
+# Limits of changes that wait for a slow reader: messages, and bytes of frames.
 MOST_CHANGES = 64
 MOST_BYTES = 256 << 20
 

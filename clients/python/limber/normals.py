@@ -58,8 +58,8 @@ def split_creases(faces: np.ndarray, shape: np.ndarray, degrees: float = CREASE)
 
 
 def fitted(faces: np.ndarray, base: np.ndarray, shapes: Iterable[np.ndarray], weights: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
-    """Normals of `base` (vertices x 3), and what each target adds to them by its weight (targets x vertices x 3): least squares of
-    the normals of `shapes`, of each frame, under their weights (frames x targets)."""
+    """Normals of `base` (vertices x 3), and the increments of each target per weight (targets x vertices x 3). They are least
+    squares of the normals of `shapes`, of each frame, under their weights (frames x targets)."""
     rest = of_vertices(faces, base)
     inverse = np.linalg.pinv(weights.astype(float), rcond=1e-5)
     added = np.zeros((weights.shape[1], *rest.shape))
@@ -71,6 +71,6 @@ def fitted(faces: np.ndarray, base: np.ndarray, shapes: Iterable[np.ndarray], we
 
 
 def _areas(faces: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Of triangles: normals as long as twice their areas."""
+    """For triangles: normals as long as twice their areas."""
     a, b, c = (np.asarray(shape, dtype=float)[faces[:, corner]] for corner in range(3))
     return np.cross(b - a, c - a)

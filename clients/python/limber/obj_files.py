@@ -13,7 +13,7 @@ from .files import material_libraries, read
 
 @dataclass(frozen=True)
 class ObjSurface:
-    """What an .obj and its materials say, and their bytes."""
+    """Contents of an .obj and its materials, and their bytes."""
 
     vertices: np.ndarray   # n x 3, in the order of the file
     texcoords: np.ndarray  # m x 2; none: 0 x 2
@@ -26,13 +26,13 @@ class ObjSurface:
 
 
 def load(path: Path, field: str) -> ObjSurface:
-    """A file with the materials that are beside it."""
+    """A file with the materials in the same folder."""
     content = read(path, field)
     return parse(content, material_libraries(path, content, field), str(path), field)
 
 
 def parse(content: bytes, libraries: "dict[str, bytes]", name: str, field: str) -> ObjSurface:
-    """name: what errors call the file."""
+    """name: name of the file in errors."""
     vertices, texcoords, corners, textures = [], [], [], []
     materials: "list[int]" = []
     names: "dict[str, int]" = {}
@@ -80,7 +80,7 @@ def origin_line(origin: np.ndarray) -> str:
 
 
 def moved(content: bytes, origin: np.ndarray) -> bytes:
-    """The file with vertices relative to a point; as it is where that is zero."""
+    """The file with vertices relative to a point; unchanged if that is zero."""
     if not origin.any():
         return content
     lines = [origin_line(origin)]
@@ -94,7 +94,7 @@ def moved(content: bytes, origin: np.ndarray) -> bytes:
 
 
 def colours(surface: ObjSurface) -> "dict[str, tuple[float, float, float, float]]":
-    """Of materials, as their libraries have them: diffuse colour and opacity. Textures are left out."""
+    """Colours of materials, as their libraries have them: diffuse colour and opacity. Textures are left out."""
     found: "dict[str, tuple[float, float, float, float]]" = {}
     for library in surface.libraries.values():
         name = ""

@@ -1,4 +1,4 @@
-"""What sessions of bodies, linkages and beams have in common: state, waiting, frames, streams, control."""
+"""Common part of sessions of bodies, linkages and beams: state, waiting, frames, streams, control."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class MaterialWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Receipt:
-    """What the server says to accepted edits."""
+    """The server's answer to accepted edits."""
 
     revision: int
     constraint_ids: tuple[int, ...]  # per edit the constraint it touched, 0 if none
-    issues: tuple[str, ...] = ()     # warnings: what was accepted but has no effect
+    issues: tuple[str, ...] = ()     # warnings: accepted edits without effect
     keyframe_ids: tuple[int, ...] = ()  # per edit the keyframe it touched, 0 if none
     target_ids: tuple[int, ...] = ()    # of a linkage: per edit the target it touched, 0 if none
 
@@ -91,13 +91,13 @@ class OpenSession:
         return self.connection.call("get_session", service.GetSessionRequest(session=self.reference)).status
 
     def clients(self) -> list[SessionClient]:
-        """Who is in the session, the longest first: whoever opened, joined or edited it and is still connected. A client that died
-        is there for at most 20 s. Every change comes with the topic session/ID/status."""
+        """Clients in the session, the longest first: those that opened, joined or edited it and are still connected. A client
+        that died is there for at most 20 s. Every change comes with the topic session/ID/status."""
         return [SessionClient.from_message(one, self._client) for one in self.status().clients]
 
     def revisions(self) -> list[RevisionMade]:
-        """Who made the newest revisions and what they were, the newest first; those of one client and kind in a row as one, at
-        most 16."""
+        """Authors and edits of the newest revisions, the newest first; those of one client and kind in a row as one, at most
+        16."""
         return [RevisionMade.from_message(one) for one in self.status().revisions]
 
     def join(self) -> None:
@@ -110,8 +110,8 @@ class OpenSession:
         self.connection.call("leave_session", presence.LeaveSessionRequest(session=self.reference))
 
     def explain(self) -> "service.ExplainResponse":
-        """What was chosen for the session and why (`choices`), which error its newest result has and how that was found
-        (`errors`), and what would change it (`advice`)."""
+        """Choices for the session and their reasons (`choices`), errors of its newest result and how they were found (`errors`),
+        and advice to change them (`advice`)."""
         return self.connection.call("explain", service.ExplainRequest(session=self.reference))
 
     def result_of(self, info: "service.ResultInfo") -> Any:
@@ -119,14 +119,14 @@ class OpenSession:
         return Result.from_message(info)
 
     def geometry_for(self, frames: "service.Frames") -> Any:
-        """What decode() needs for these frames: of coordinates an object with positions(coordinates) and basis_hash."""
+        """Geometry that decode() needs for these frames: for coordinates an object with positions(coordinates) and basis_hash."""
         if frames.encoding == service.ENCODING_COORDINATES:
             raise LimberError("UNSUPPORTED", 'this client does not know what coordinates are of this kind of session: '
                                              'ask for encoding="positions", or load the module of the kind', "encoding")
         return None
 
     def warn_of_accuracy(self, status: "service.SessionStatus", stacklevel: int) -> None:
-        """Once, of a model that misses its tolerance. stacklevel: as of warnings.warn, of whoever calls this."""
+        """Warns once of a model that misses its tolerance. stacklevel: as in warnings.warn, counted from the caller."""
         if self._is_accuracy_reported or not status.HasField("model"):
             return
         self._is_accuracy_reported = True
@@ -135,7 +135,7 @@ class OpenSession:
                           AccuracyWarning, stacklevel=stacklevel + 1)
 
     def warn_of_snaps(self, result: Any, snaps: "Sequence[str]", stacklevel: int) -> None:
-        """Once, of a result on the way to which there were snaps. stacklevel: as of warnings.warn, of whoever calls this."""
+        """Warns once of a result with snaps on its path. stacklevel: as in warnings.warn, counted from the caller."""
         told = (result.revision, *snaps)
         if snaps and told != self._snaps_told:
             self._snaps_told = told
@@ -161,12 +161,12 @@ class OpenSession:
                        tuple(response.target_ids))
 
     def undo(self, anyone: bool = False) -> Receipt:
-        """Takes back the newest edit made under this client's name, also where others have edited since; refused where
-        they have changed the same. anyone: the newest edit, whoever made it."""
+        """Undoes the newest edit made under this client's name, also if others have edited since; refused if they have changed
+        the same. `anyone`: the newest edit of any client."""
         return self.edit([edits.undo(anyone)])
 
     def redo(self, anyone: bool = False) -> Receipt:
-        """Brings back what undo took."""
+        """Redoes the undone edit."""
         return self.edit([edits.redo(anyone)])
 
     # ---- results ----
@@ -174,10 +174,10 @@ class OpenSession:
     def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
         """Waits for a result that contains a revision (default: the newest this client made or saw).
 
-        until: "first" for the first such result, "final" for its final one (result.status says whether it converged),
-        "checked" for that with what is found out a moment later: of a body result.motion_error, of a linkage or beams
-        result.discretisation_error. Raises LimberError TIMEOUT (a TimeoutError), which names the session, the revision and what the
-        session does, and ServerUnreachable within 8 s of when the server falls silent.
+        until: "first" for the first such result, "final" for its final one (result.status says whether it converged). With
+        "checked" it is the final one with later findings: for a body result.motion_error, for a linkage or beams
+        result.discretisation_error. Raises LimberError TIMEOUT (a TimeoutError), which names the session, the revision and the
+        session's state. Raises ServerUnreachable within 8 s after the server falls silent.
         """
         checks.one_of(until, _UNTIL, "until")
         checks.duration(timeout, "timeout")
@@ -193,8 +193,7 @@ class OpenSession:
         return self.result_of(response.result)
 
     def late(self, what: str, field: str = "") -> LimberError:
-        """The error of a wait that ran out of time: which session, and what it does. Asks the list, which wakes no
-        parked session."""
+        """The error of a wait that ran out of time: the session, and its state. Asks the list, which wakes no parked session."""
         try:
             listed = self.connection.call("list_sessions", service.ListSessionsRequest(),
                                           timeout=min(2.0, self.connection.timeout)).sessions
@@ -206,8 +205,8 @@ class OpenSession:
 
     def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
                    final: bool = False) -> "service.Frames":
-        """Frames as the server sends them. Those of a large motion come in parts, all of one result, and are put together;
-        quantised ones, whose parts would have boxes of their own, are one answer, whose bytes come in parts."""
+        """Frames as the server sends them. Those of a large motion come in parts, all of one result, and are put together.
+        Quantised ones, whose parts would have boxes of their own, are one answer, whose bytes come in parts."""
         if encoding == "quantised":
             return self._call_for_frames(self._frames_request(first, count, encoding, final)).frames
         return frame_parts.joined(self._frame_parts(first, count, encoding, final))
@@ -227,8 +226,8 @@ class OpenSession:
     def frames(self, first: int = 0, count: int = 0, encoding: str | None = None, final: bool = False) -> np.ndarray:
         """Positions, frames x nodes x 3 [length unit], float32 or, far from the origin, float64, of the newest result.
 
-        count 0: to the last frame; final: of the newest final result. encoding: None has coordinates, the smallest, sent
-        and makes positions of them; "positions" and "quantised" (16 bit) have positions sent. "coordinates" returns the
+        count 0: to the last frame; final: of the newest final result. `encoding`: None requests coordinates, the smallest, and
+        makes positions of them; with "positions" and "quantised" (16 bit) the server sends positions. "coordinates" returns the
         coordinates themselves, frames x coordinates float32, of which geometry().positions() makes positions.
         """
         if encoding == "coordinates":
@@ -242,25 +241,25 @@ class OpenSession:
         return FrameStream(self, encoding, timeout, snapshot)
 
     def follow(self, timeout: float | None = None) -> MotionStream:
-        """Keeps the motion of the session up to date by what changes of it, and iterates over that: for long motions, of
-        which after an edit most frames stay as they are. What look_at() names and what lies near the edit comes first."""
+        """Keeps the motion of the session up to date by its changes, and iterates over them. For long motions, of which most
+        frames stay unchanged after an edit. Frames named by look_at() and frames near the edit come first."""
         return MotionStream(self, timeout)
 
     # ---- files ----
 
-    FORMATS: dict[str, int] = {}                # what export() takes, by name
+    FORMATS: dict[str, int] = {}                # formats of export(), by name
     DEFAULT_FORMATS: tuple[str, ...] = ()
 
     def export(self, folder: "str | os.PathLike[str]", formats: Sequence[str] | None = None, stem: str = "",
                progress: ProgressOption = None, timeout: float = 120.0) -> Export:
         """Writes files into a folder.
 
-        formats: of a body "pvd" (a .vtu per frame, one .pvd), "blender" (an .obj of the surface, a .pc2 of its
-        vertices), together the default, "pc2" (of all nodes, for base motions); of a
-        linkage "vtp" (a .vtp per step with forces and stresses, one .pvd), "obj" (centrelines and swept surface), "json"
-        (joints, segments and what they carry), by default vtp and json; of a structure of beams "vtu" (lines with
-        reactions, forces, stresses), "csv" (a table of nodes, one of elements), by default both, "json"; of all "scene",
-        the scene as edited. stem: of their names; empty: "motion", of a structure of beams "beams".
+        formats: of a body "pvd" (a .vtu per frame, one .pvd), "blender" (an .obj of the surface, a .pc2 of its vertices),
+        together the default, "pc2" (of all nodes, for base motions). For a linkage "vtp" (a .vtp per step with forces and
+        stresses, one .pvd), "obj" (centrelines and swept surface), "json" (joints, segments and their forces), by default vtp and
+        json. For a structure of beams "vtu" (lines with reactions, forces, stresses), "csv" (a table of nodes, one of elements),
+        by default both, "json". For all "scene", the scene as edited. `stem`: of their names; empty: "motion", of a structure of
+        beams "beams".
         """
         if formats is None:
             formats = self.DEFAULT_FORMATS
@@ -274,17 +273,17 @@ class OpenSession:
             return exports.export(self, formats, target, stem, timeout, report)
 
     def moving_surface(self, drawn: "tuple[np.ndarray, np.ndarray] | None" = None) -> MovingSurface:
-        """What is drawn of the newest result, in all frames; drawn: vertices and triangles that follow a body instead."""
+        """Surface of the newest result for drawing, in all frames; drawn: vertices and triangles that follow a body instead."""
         raise LimberError("UNSUPPORTED", "sessions of this kind have no surface that this client knows", "session")
 
     def carried_obj(self) -> "ObjSurface | None":
         """The surface that a body carries, as its .obj says; None: there is none."""
         return None
 
-    COLOURS: tuple[str, ...] = ("none",)  # what picture() takes
+    COLOURS: tuple[str, ...] = ("none",)  # colours of picture()
 
     def coloured(self, colour: str, frame: int, yield_stress: float | None) -> Coloured:
-        """What is drawn of the newest result in a frame, with numbers to be shown as colours."""
+        """Surface of the newest result in a frame for drawing, with numbers to be shown as colours."""
         surface = self.moving_surface()
         return Coloured(surface.faces, surface.positions[frame], np.zeros(0), "")
 
@@ -293,10 +292,11 @@ class OpenSession:
                 limits: "Sequence[float] | None" = None, yield_stress: float | None = None) -> Path:
         """Draws the newest result into a .png, .svg or .pdf; needs python3-matplotlib, and no display.
 
-        colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of
-        bodies with the material of each tet), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). frame: -1 is
-        the last one. view: azimuth and elevation of the eye, which is far away [degree]; up: "z" or "y" of the scene, by default
-        `UP`, y of bodies and z of linkages and beams, as on the page. size: inches; limits: of the colours' scale, where pictures are to be compared.
+        colour: "none", "displacement" (of bodies and beams), "strain" (of bodies, the largest), "stress" (von Mises; of bodies
+        with the material of each tet), "utilisation" (of beams and linkages; of these yield_stress [Pa] is needed). `frame`: -1
+        is the last one. `view`: azimuth and elevation of the eye, which is far away [degree]. `up`: "z" or "y" of the scene, by
+        default `UP`, y of bodies and z of linkages and beams, as on the page. `size`: inches; limits: of the colours' scale, if
+        pictures are to be compared.
         """
         return pictures.draw(self, path, colour=colour, frame=frame, view=view, up=self._up(up), size=size, title=title, limits=limits,
                              yield_stress=yield_stress)
@@ -315,11 +315,11 @@ class OpenSession:
 
         By the ending of path:
 
-        - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as it takes to be nowhere off by
-          more than `tolerance` times the size of what is drawn (Saved.error says by how much it is), never more than frames; with normals
-          of the moved surface, of which edges beyond 45 degrees stay sharp, and the names of scene and session; in metres, with `up` of
-          the scene ("y" or "z"; by default `UP`, y of bodies and z of linkages and beams, as on the page) turned to glTF's y
-        - ".mdd", ".pc2": caches of all vertices, with an .obj beside: STEM_surface.obj, or STEM_detail.obj of an artist's surface. Files
+        - ".glb": glTF with morph targets and a weight of each in each frame, as many targets as needed for errors up to
+          `tolerance` times the size of the drawing (Saved.error is the error), never more than frames; with normals of the moved
+          surface, of which edges beyond 45 degrees stay sharp, and the names of scene and session; in metres, with `up` of the
+          scene ("y" or "z"; by default `UP`, y of bodies and z of linkages and beams, as on the page) turned to glTF's y
+        - ".mdd", ".pc2": caches of all vertices, with an .obj: STEM_surface.obj, or STEM_detail.obj of an artist's surface. Files
           there that save() did not write are never replaced: it refuses (FAILED_PRECONDITION)
         - ".pvd": a .vtu of the surface for each frame
         - ".csv": a row for each node (of a linkage, joint) and frame, or for `nodes` alone
@@ -327,9 +327,10 @@ class OpenSession:
         Frames of linkages and beams are the equilibria along the path, 24 a second unless frames_per_second says otherwise;
         those of bodies are at the rate of the scene.
 
-        surface: of a body, what follows its tets. By default the surface that its scene carries, with the artist's vertices in their
-        order, texture coordinates and materials (of the .mtl files that were beside it), else the boundary of its tets, which is
-        "nodes". Or another .obj that was drawn around the tets: those of its materials count that are in files beside it.
+        surface: of a body, the surface that follows its tets. By default it is the surface that its scene carries, with the
+        artist's vertices in their order, texture coordinates and materials (of the .mtl files in the same folder). Otherwise it
+        is the boundary of its tets, which is "nodes". Alternatively another .obj that was drawn around the tets; its materials
+        count if they are in files in the same folder.
         """
         return saving.save(self, path, tolerance=tolerance, up=self._up(up), frames_per_second=frames_per_second, nodes=nodes,
                            surface=surface)
@@ -340,12 +341,12 @@ class OpenSession:
 
     def save_html(self, path: "str | os.PathLike[str]", *, tolerance: float = saving.TOLERANCE, up: str | None = None,
                   frames_per_second: float | None = None, surface: "str | os.PathLike[str] | None" = None) -> Saved:
-        """Writes the motion of the newest result as one .html that plays it in any browser with WebGL 2, without a server and
-        without a network: play, scrub, turn, come nearer.
+        """Writes the motion of the newest result as one .html that plays it in any browser with WebGL 2. It needs no server and
+        no network: play, scrub, turn, come nearer.
 
-        tolerance: of bodies, how far a vertex may be off, as a share of the size; Saved.error says by how much one is (of
-        linkages and beams: a number of a frame, by its rounding to 16 bits). up: "y" or "z" of the scene; by default y of bodies and z
-        of the others. frames_per_second, surface: as of save(); where a scene carries a surface that one is shown.
+        tolerance: of bodies, the allowed error of a vertex, as a share of the size; Saved.error is the actual one (of linkages
+        and beams: a number of a frame, by its rounding to 16 bits). `up`: "y" or "z" of the scene; by default y of bodies and z
+        of the others. `frames_per_second`, `surface`: as in save(); if a scene carries a surface, that one is shown.
         """
         return player.save(self, path, tolerance=tolerance, up=up, frames_per_second=frames_per_second, surface=surface)
 
@@ -355,9 +356,9 @@ class OpenSession:
                progress: ProgressOption = None) -> Path:
         """Draws the newest result as the page does, without a display: a .png or .jpg of a frame, a .mp4, .webm or .gif of all.
 
-        Needs Chromium, and for films ffmpeg. size: width and height [pixel]; view: azimuth and elevation of the eye [degree], by
-        default as the page looks; frame: of a picture, -1 is the last one; other options as of save_html(). A .gif
-        has at most 25 frames a second, others left out.
+        Needs Chromium, and for films ffmpeg. `size`: width and height [pixel]. `view`: azimuth and elevation of the eye [degree],
+        by default as the page looks. `frame`: of a picture, -1 is the last one; other options as in save_html(). A .gif has at
+        most 25 frames a second, others left out.
         """
         return rendering.render(self, path, frame=frame, size=size, view=view, up=up, frames_per_second=frames_per_second,
                                 tolerance=tolerance, surface=surface, progress=progress)
@@ -379,7 +380,7 @@ class OpenSession:
         self.connection.call("cancel", service.CancelRequest(session=self.reference))
 
     def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
-        """Waits until the model is built and the scene as opened is solved. Raises what the build failed with, and warns
+        """Waits until the model is built and the scene as opened is solved. Raises the error of the build's failure, and warns
         (AccuracyWarning) of a model that misses its tolerance.
         """
         status = self._wait_ready(progress, timeout)
@@ -430,14 +431,14 @@ class OpenSession:
 
 
 def _ended_with_its_run(error: LimberError) -> bool:
-    """Of a job that was waited for; another run may have its session."""
+    """For a job that was waited for; another run may have its session."""
     if error.code == "SHUTTING_DOWN":
         return error.details.get("send_again") == "true"
     return error.code == "RESTARTED" or error.code == "NOT_FOUND" and error.field == "job"
 
 
 def _doing(status: "service.SessionStatus") -> str:
-    """Of a session that something is waited for: its revision, state and newest result."""
+    """Description of a session that is waited for: its revision, state and newest result."""
     state = service.SessionState.Name(status.state).removeprefix("SESSION_STATE_").lower() \
         if status.state in service.SessionState.values() else str(status.state)
     newest = "it has no result yet"
@@ -449,7 +450,7 @@ def _doing(status: "service.SessionStatus") -> str:
 
 
 def warn_of_snaps(where: str, snaps: "Sequence[str]", stacklevel: int) -> None:
-    """stacklevel: as of warnings.warn, of whoever calls this."""
+    """stacklevel: as in warnings.warn, counted from the caller."""
     most = 3
     more = f"; {len(snaps) - most} more" if len(snaps) > most else ""
     warnings.warn(f"{where}: the structure snapped to another shape {'; '.join(snaps[:most])}{more}", SnapWarning,
@@ -465,7 +466,7 @@ def job_error(status: "service.JobStatus") -> "common.Error":
 
 
 def warn_of_material(issues: "Iterable[service.Issue]") -> None:
-    """Of a material that a mesh file overrides, at the line that called the public method that calls this."""
+    """Warns of a material that a mesh file overrides, at the line that called the public method that calls this."""
     for issue in issues:
         if issue.field == "scene.material":
             warnings.warn(issue.message, MaterialWarning, stacklevel=3)

@@ -1,4 +1,4 @@
-"""Pictures of sessions of every kind, coloured by what they carry, drawn by matplotlib without a display."""
+"""Pictures of sessions of every kind, coloured by their results, drawn by matplotlib without a display."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Coloured:
 
 
 def of_vertices(faces: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Of triangles, the mean of their vertices."""
+    """Value of each triangle, the mean of its vertices."""
     return values[faces].mean(axis=1)
 
 

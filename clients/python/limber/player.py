@@ -19,7 +19,7 @@ from .saving import Saved
 if TYPE_CHECKING:
     from .open_session import OpenSession
 
-VERSION = 1       # of what the player takes
+VERSION = 1       # of the player's input
 LEVELS = 65535    # of numbers in 16 bits
 TEMPLATE = Path(__file__).with_name("data") / "player.html"
 PLACE = '"/*motion*/"'
@@ -34,10 +34,10 @@ class Played:
     title: str
     up: str                  # of the scene: "y" or "z"
     rate: float              # frames a second
-    frame_name: str          # what a frame is called
+    frame_name: str          # name of a frame
     geometry: "service.GetGeometryResponse"
     frames: np.ndarray       # frames x numbers
-    points: np.ndarray       # frames x points x 3: what the picture is to hold [length unit]
+    points: np.ndarray       # frames x points x 3: points that the picture is to hold [length unit]
     basis: "np.ndarray | None" = None  # of a body: (3 vertices) x numbers of a frame [length unit]
     structure: bytes = b""   # of beams: a BeamStructure
 
@@ -101,12 +101,12 @@ def _text(content: bytes) -> str:
 
 
 def _pack(values: np.ndarray) -> "tuple[dict[str, Any], np.ndarray]":
-    """rows x columns in 16 bits, evenly between the ends of each column; and what the player makes of them."""
+    """rows x columns in 16 bits, evenly between the ends of each column; and the player's values of them."""
     wide = np.asarray(values, dtype=np.float64)
     low = wide.min(axis=0, initial=np.inf) if len(wide) else np.zeros(wide.shape[1])
     low = low.astype("<f4")
     step = ((wide.max(axis=0, initial=-np.inf) - low) / LEVELS).astype("<f4")
-    # Where all rows are the same, and that is beyond single precision, nothing is left to divide by.
+    # If all rows are the same, and that is beyond single precision, the divisor would be 0.
     numbers = np.rint((wide - low) / np.where(step > 0, step, 1)).clip(0, LEVELS).astype("<u2")
     packed = {"rows": wide.shape[0], "columns": wide.shape[1], "low": _text(low.tobytes()), "step": _text(step.tobytes()),
               "numbers": _text(numbers.tobytes())}

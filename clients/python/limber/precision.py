@@ -16,7 +16,7 @@ def is_far(points: np.ndarray) -> bool:
 
 
 def origin_for(points: np.ndarray) -> np.ndarray:
-    """float64: the middle of the box around the points if they are far, else zeros. What is written in single precision is
+    """float64: the middle of the box around the points if they are far, else zeros. Values in single precision are written
     relative to it."""
     flat = points.reshape(-1, 3)
     if not is_far(flat):

@@ -1,4 +1,4 @@
-"""Who is in a session, and who made which revision."""
+"""The clients in a session, and the author of each revision."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class RevisionMade:
 
     revision: int           # the newest of them; 0: the session was opened
     first: int              # the oldest
-    client: int             # who made them, maybe gone by now
+    client: int             # their author; this client may have left
     name: str
-    edits: tuple[str, ...]  # what they were: "add", "move", "undo", "open_session", ..
+    edits: tuple[str, ...]  # kinds of edits: "add", "move", "undo", "open_session", ..
     age_s: float            # since the newest of them [s]
 
     @staticmethod

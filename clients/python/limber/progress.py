@@ -36,7 +36,7 @@ class Bar:
         self._length = len(line)
 
     def close(self) -> None:
-        """Leaves the line so that what is printed next starts on a fresh one."""
+        """Leaves the line so that the next output starts on a fresh one."""
         if self._length:
             self._stream.write("\n")
             self._stream.flush()

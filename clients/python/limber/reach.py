@@ -1,4 +1,4 @@
-"""How far a connection gets where no answer came: what to tell a person."""
+"""How far a connection gets if no answer came: advice for the user."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import zmq.utils.monitor
 from .connection import Connection, configure
 
 # A refused client is disconnected without a message at every attempt: it sees a connection without a handshake.
-# HANDSHAKE_FAILED_... is said for some of the reasons only.
+# HANDSHAKE_FAILED_... is reported for some of the reasons only.
 _EVENTS = (zmq.EVENT_CONNECTED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_HANDSHAKE_SUCCEEDED
            | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
            | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_DISCONNECTED)
@@ -47,7 +47,7 @@ def _is_place(endpoint: str) -> bool:
 
 
 def _last_event(connection: Connection, patience: float) -> int | None:
-    """Of a new connection: the first that says more than that something listens, else that, else none."""
+    """Event of a new connection: the first that says more than that something listens, else that, else none."""
     deadline = time.monotonic() + patience
     seen = None
     with connection.context.socket(zmq.DEALER) as probe:

@@ -1,8 +1,8 @@
 """A thread that empties a stream socket, whether anybody reads or not.
 
-libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a socket whose queue is full, so that it stopped
-to read from the network, meets a missing heartbeat or the end of the server. So the queue of the socket has no end, and
-is always empty; what is bounded is the queue behind it.
+libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a socket with a full queue meets a missing heartbeat or the
+end of the server. With a full queue it has stopped to read from the network. The queue of the socket therefore has no end, and is
+always empty; the queue behind it is bounded.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _numbers = itertools.count(1)
 
 
 class Reception:
-    """Puts what arrives on a connected SUB socket into a Newest. Owns the socket from now on."""
+    """Puts the messages of a connected SUB socket into a Newest. Owns the socket from now on."""
 
     cut_offs: "Collection[str]" = ()  # why the server has ended the stream, each time
 
@@ -36,7 +36,7 @@ class Reception:
         self._session = (session.id, session.uid, session.instance)
         self._topics = (frames_topic, status_topic)
         self._run_of_messages = session.instance
-        self._lock = threading.RLock()  # the garbage collector may close what is being closed
+        self._lock = threading.RLock()  # the garbage collector may close it during a close
         address = f"inproc://limber-reception-{next(_numbers)}"
         self._control = context.socket(zmq.PAIR)
         self._control.linger = 0
@@ -48,7 +48,7 @@ class Reception:
         self._thread.start()
 
     def close(self) -> None:
-        """Ends the thread and the socket; who waits for frames is woken. May be called again, and by any thread."""
+        """Ends the thread and the socket; callers that wait for frames are woken. May be called again, and by any thread."""
         self.newest.close()
         with self._lock:
             if self._control.closed:
@@ -81,7 +81,7 @@ class Reception:
                 self._end(socket)
 
     def _watched(self) -> "list[zmq.Socket]":
-        """Sockets beside the one that brings messages."""
+        """Sockets besides the one that brings messages."""
         return []
 
     def _look_at(self, watched: zmq.Socket, socket: zmq.Socket) -> None:

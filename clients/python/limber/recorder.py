@@ -1,4 +1,4 @@
-"""Records what clients and a server say to each other, from between the two."""
+"""Records the messages between clients and a server, from between the two."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _for_whole_reply(data: bytes) -> bytes:
 class Recorder:
     """An endpoint for clients that passes their requests on to a server, and the replies back, and records both.
 
-    Long replies come whole, also to clients that ask for them in parts. What is published (frames, status) is not recorded:
+    Long replies come whole, also to clients that ask for them in parts. Published messages (frames, status) are not recorded:
     connections that follow streams are passed on, and subscribers read from the server itself. It takes no CURVE keys. To the
     server, a client stays connected until the recorder is closed.
     """
@@ -95,7 +95,7 @@ class Recorder:
         return server
 
     def _number(self, first: bytes) -> "int | None":
-        """Of a connection, by its first request."""
+        """Number of a connection, by its first request."""
         try:
             if service.Request.FromString(first).WhichOneof("body") == "follow":
                 return None

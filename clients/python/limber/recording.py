@@ -32,10 +32,10 @@ class Message:
 
 
 class Writer:
-    """Writes a recording message by message. What is older than a second can be read even if the writer is killed."""
+    """Writes a recording message by message. Messages older than a second can be read even if the writer is killed."""
 
     def __init__(self, path: "str | Path", **about: Any):
-        """about: what the header says besides, such as server_version."""
+        """about: further values of the header, such as server_version."""
         self._packer = zlib.compressobj(9)
         self._began = self._flushed = time.monotonic()
         try:

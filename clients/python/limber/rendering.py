@@ -78,7 +78,7 @@ def _prepare(browser: Browser, angles: "list[float] | None") -> None:
     if not browser.evaluate("Boolean(window.player)"):
         raise LimberError("INTERNAL", "the player does not start in this Chromium: "
                           + str(browser.evaluate("document.querySelector('.failed')?.textContent ?? 'no word of it'")))
-    # Once the timeline is gone the canvas has another size, a frame later, and then all of the motion fits.
+    # After the timeline is removed the canvas has another size, a frame later, and then all of the motion fits.
     browser.evaluate("(player.bare(), new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1)))))")
     browser.evaluate(f"player.frameAll(...{json.dumps(angles or [])})")
 

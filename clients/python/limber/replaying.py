@@ -21,7 +21,7 @@ TOLERANCE = 1e-3   # of energies, as a share
 
 @dataclass
 class Replay:
-    """What came of it."""
+    """Result of a replay."""
 
     requests: int = 0
     replies: int = 0
@@ -30,12 +30,12 @@ class Replay:
 
 
 def replay(path: "str | Path", endpoint: str, tolerance: float = TOLERANCE, timeout: float = 60.0) -> Replay:
-    """Sends each request when all replies that had come before it are there again, and compares these: their kinds, codes
-    and fields of errors, what sessions are of, revisions and ids of edits, and of final results whether they converged and
+    """Sends each request when all replies that had come before it are there again, and compares these. Compared are their kinds,
+    codes and fields of errors, kinds of sessions, revisions and ids of edits. For final results also whether they converged, and
     their energies.
 
-    Sessions get names of this replay's own: those of others are left alone. timeout [s] of a reply.
-    Raises LimberError for what is no recording, ServerUnreachable where the server does not answer at all.
+    Sessions get names of this replay's own: those of others are left alone. timeout [s] of a reply. Raises LimberError if the
+    file is not a recording, ServerUnreachable if the server does not answer at all.
     """
     reader = Reader(path)
     player = _Player(endpoint, tolerance, timeout)
@@ -73,7 +73,7 @@ class _Player:
         self._early: "dict[tuple[int, int], service.Reply]" = {}
         self._requests: "dict[tuple[int, int], service.Request]" = {}
         self._suffix = secrets.token_hex(4)
-        # From what the recorded run had called it to what this one does.
+        # From names of the recorded run to those of this one.
         self._sessions: "dict[str, str]" = {}
         self._uids: "dict[str, str]" = {}
         self._jobs: "dict[int, int]" = {}
@@ -129,7 +129,7 @@ class _Player:
         changed.CopyFrom(request)
         if changed.client:
             changed.client = changed.client[:48] + self._suffix
-        # Of another run it would be refused; of a run that is not known the recorded refusal comes again.
+        # With another run's id it would be refused; for an unknown run the recorded refusal comes again.
         changed.instance = self._instances.get(request.instance, request.instance)
         for message, descriptor, value in _values(changed):
             if descriptor.name == "session" and isinstance(value, str):
@@ -140,7 +140,7 @@ class _Player:
         return changed
 
     def _name(self, recorded: str) -> str:
-        """Of a session: one of this replay's own, so that sessions of others are left alone. Names that are refused stay."""
+        """Name of a session: one of this replay's own, so that sessions of others are left alone. Names that are refused stay."""
         if not _NAME.fullmatch(recorded) or recorded in (".", ".."):
             return recorded
         return self._sessions.get(recorded, f"{recorded[:55]}-{self._suffix}")

@@ -19,8 +19,8 @@ Clock = Callable[[], float]
 
 
 class PartSize:
-    """Bytes to ask for at once. Answers to other requests of the connection pass between two parts, so that one is
-    to take some hundredths of a second more than the shortest did: what remains of that is the way there and back."""
+    """Bytes to request at once. Answers to other requests of the connection pass between two parts. One part should therefore
+    take some hundredths of a second more than the shortest did: the rest of its time is the round trip."""
 
     LEAST, MOST = 64 << 10, 4 << 20
     QUICK, SLOW = 0.01, 0.03  # [s]
@@ -40,23 +40,23 @@ class PartSize:
 
 
 def may_be_long(kind: str, message: Any) -> bool:
-    """Of a request: whether its answer is to come in parts where it is long."""
+    """For a request: whether its answer is to come in parts if it is long."""
     return kind in LONG and not getattr(message, "most_bytes", 0)
 
 
 def is_gone(error: LimberError) -> bool:
-    """The server keeps no more of the answer whose parts were fetched: it is to be asked for anew."""
+    """The server no longer keeps the answer whose parts were fetched: request it anew."""
     return error.code == "FAILED_PRECONDITION" and error.field == "reply"
 
 
 def is_of_older_server(error: LimberError) -> bool:
-    """It refuses what it does not know of a request: that its answer can come in parts."""
+    """It refuses a field of a request that it does not know: that its answer can come in parts."""
     field = service.Request.DESCRIPTOR.fields_by_name["most_reply_bytes"].number
     return error.code == "INVALID_ARGUMENT" and f"unknown field number {field} " in str(error)
 
 
 def whole(first: "parts.GetReplyPartResponse", ask: Ask, clock: Clock = time.monotonic) -> bytes:
-    """The bytes of a reply whose first part came in its place. Raises what is_gone() tells where its connection ended."""
+    """The bytes of a reply whose first part came in its place. Raises the error of is_gone() if its connection ended."""
     size = PartSize()
     data = bytearray(first.data)
     while len(data) < first.total_bytes:

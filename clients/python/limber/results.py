@@ -21,7 +21,7 @@ ENCODINGS = {
 
 @dataclass(frozen=True)
 class MotionError:
-    """What the model is worth for one motion: its shown shapes against full reconstructions of the same modes."""
+    """Error of the model for one motion: its shown shapes against full reconstructions of the same modes."""
 
     shape_error: float           # rms distance of nodes over rms displacement, over all compared frames
     worst_frame_error: float     # of the worst single frame
@@ -36,8 +36,8 @@ class MotionError:
     within_tolerance: bool
     check_ms: float              # that it took, on the server
     max_velocity_error: float = 0.0  # of the full reconstruction [length unit / s]
-    # Largest distance of a shown node from the mean of its places one frame before and one after [length unit], its share of
-    # the body's length, and the frame: above 0.02 the message says that the motion is abrupt.
+    # Largest distance of a shown node from the mean of its places one frame before and one after [length unit], its share of the
+    # body's length, and the frame. Above 0.02 the message says that the motion is abrupt.
     zigzag: float = 0.0
     zigzag_share: float = 0.0
     zigzag_frame: int = 0
@@ -52,7 +52,7 @@ class MotionError:
 
 @dataclass(frozen=True)
 class DiscretisationError:
-    """What the elements of a structure are worth for one shape: its equilibrium against the limit of ever finer ones."""
+    """Error of a structure's elements for one shape: its equilibrium against the limit of ever finer ones."""
 
     # None: not estimated. Largest distance of a node or joint from its place in the limit, over the structure's size
     position_error: "float | None"
@@ -60,21 +60,21 @@ class DiscretisationError:
     worst_node: int           # which one that is
     energy_error: "float | None"  # of the elastic energy, relative
     elements: int             # of the shown shape
-    # Of the finest one it was compared with; 0: there is no estimate of the whole, message says why. Beside cables that sag,
-    # moment_error and utilisation_error are those of the beams.
+    # Elements of the finest one it was compared with; 0: there is no estimate of the whole, message says why. If there are cables
+    # that sag, moment_error and utilisation_error are those of the beams.
     compared_elements: int
     tolerance: float          # for these errors: the scene's; 0: none was requested
     within_tolerance: bool
     check_ms: float           # that it took, on the server
-    message: str = ""         # why there is no estimate, or what makes it uncertain
-    # Of structures of beams, None where not estimated; within_tolerance: they are within the tolerance, or within 1 % where
-    # it is less
+    message: str = ""         # why there is no estimate, or why it is uncertain
+    # For structures of beams, None if not estimated; within_tolerance: they are within the tolerance, or within 1 % if it is less
     moment_error: float | None = None       # largest error of a bending moment, over the structure's largest
     max_moment_error: float = 0.0           # the same [N m]
     worst_moment_element: int | None = None
     utilisation_error: float | None = None  # largest error of an element's utilisation, over the structure's largest
     worst_utilisation_element: int | None = None
-    # Of linkages: of the largest stress of a segment, over the largest of the linkage; in Pa; and the segment. None: not estimated.
+    # For linkages: error of the largest stress of a segment, over the largest of the linkage; in Pa; and the segment. None: not
+    # estimated.
     stress_error: "float | None" = None
     max_stress_error: float = 0.0
     worst_stress_segment: int = 0
@@ -147,7 +147,7 @@ class Result:
     unit_force_energy: float = 0.0  # control forces, comparable between materials
     max_keyframe_error: float = 0.0  # largest distance of a node in a keyframe [length unit]; of final results
     weight_scale: float = 1.0       # soft constraints weigh so many times more, to meet constraint_tolerance
-    # Of the shown nodes' power, above half the Nyquist frequency; of final results, None for few frames.
+    # Share of the shown nodes' power above half the Nyquist frequency; for final results, None for few frames.
     high_frequency_share: "float | None" = None
     max_velocity_error: float = 0.0  # largest difference by which a velocity is missed [length unit / s]
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]

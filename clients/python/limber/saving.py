@@ -1,4 +1,4 @@
-"""Files that the client makes of a motion: what other programs play."""
+"""Files that the client makes of a motion, for other programs to play."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_TARGETS = 256
 
 @dataclass(frozen=True)
 class Saved:
-    """What was written."""
+    """The written files."""
 
     files: tuple[Path, ...]
     frames: int
@@ -71,7 +71,7 @@ def save(session: "OpenSession", path: "str | os.PathLike[str]", *, tolerance: f
 
 
 def _drawn(session: "OpenSession", surface: "str | os.PathLike[str] | None") -> "ObjSurface | None":
-    """What is saved in place of the session's own surface."""
+    """The surface that is saved in place of the session's own."""
     if surface is None:
         return session.carried_obj()
     return None if surface == NODES else obj_files.load(checks.path(surface, "surface"), "surface")
@@ -111,8 +111,8 @@ def _materials(drawn: "ObjSurface | None") -> "list[gltf.Material]":
 
 
 def _cache(target: Path, surface: MovingSurface, drawn: "ObjSurface | None") -> Saved:
-    """A cache of points, and the surface as .obj beside it: in the first frame, or as it was drawn, with its materials. Far from
-    the origin both are relative to the middle of the motion, which a comment in the .obj names."""
+    """A cache of points, and the surface as .obj in the same folder: in the first frame, or as it was drawn, with its materials.
+    Far from the origin both are relative to the middle of the motion, which a comment in the .obj names."""
     frames, vertices = surface.positions.shape[:2]
     origin = precision.origin_for(surface.positions)
     surface = replace(surface, positions=precision.relative(surface.positions, origin))
@@ -155,7 +155,7 @@ def _check_replaceable(file: Path, content: bytes) -> None:
 
 
 def _series(target: Path, surface: MovingSurface) -> Saved:
-    """A .vtu of triangles for each frame beside the .pvd that lists them, with the displacement from the first frame."""
+    """A .vtu of triangles for each frame, and the .pvd that lists them, with the displacement from the first frame."""
     frames, vertices = surface.positions.shape[:2]
     files, sets = [target], []
     for frame, shape in enumerate(surface.positions):

@@ -23,11 +23,11 @@ def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeo
             name: str | None = None) -> Server:
     """Connects to a running limberd: endpoint, else $LIMBER_ENDPOINT, else tcp://127.0.0.1:7801.
 
-    timeout [s] for answers, connect_timeout [s] to find out whether a server is there. Beyond loopback, CURVE keys as
-    `limberd keygen` writes them: server_key is the server's public key or its file, key the file of this client's
-    secret key, with its .pub beside it. Raises ServerUnreachable if nothing answers (or the keys are not accepted),
-    LimberError UNSUPPORTED if the server speaks another protocol. name: what others in a session see this client as, at most
-    64 bytes; else $LIMBER_NAME, else python-USER@HOST.
+    timeout [s] for answers, connect_timeout [s] to find out whether a server is there. Beyond loopback, CURVE keys as `limberd
+    keygen` writes them. `server_key`: the server's public key or its file. `key`: the file of this client's secret key, with its
+    .pub in the same folder. Raises ServerUnreachable if nothing answers (or the keys are not accepted), LimberError UNSUPPORTED
+    if the server speaks another protocol. `name`: displayed to others in a session, at most 64 bytes; else $LIMBER_NAME, else
+    python-USER@HOST.
     """
     if (server_key is None) != (key is None):
         raise invalid("key", "server_key and key go together")

@@ -29,7 +29,7 @@ class ServerCore:
         self.geometry_cache: "OrderedDict[Any, tuple[str, Any]]" = _Bounded(8)
         info = _greet(connection, greeting_timeout)
         self.stream_endpoint = reachable(info.stream_endpoint, connection.endpoint)
-        # Where streams are followed against credit: where requests go, through a tunnel or a recorder, too. Empty: this
+        # If streams are followed against credit: the endpoint of requests, through a tunnel or a recorder, too. Empty: this
         # server has only the stream socket.
         self.follow_endpoint = connection.endpoint if info.follow_endpoint else ""
 
@@ -67,17 +67,17 @@ class ServerCore:
     def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
              optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0,
              tets: int | None = None, within: float | None = None, stiffness: Any = None) -> Any:
-        """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, a
-        LinkageSession of a rod linkage, or a BeamSession of a structure of beams (also: a job of the public relaxation
-        code, its folder or SimulationJob.json; see limber.beam_scene for structures). A mesh of tets (.msh, .vtk, ...),
-        a closed surface (.obj, .ply, .stl, .off, .glb) or lines of a linkage (.obj) open with defaults; session.issues says which.
+        """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, a LinkageSession of
+        a rod linkage, or a BeamSession of a structure of beams. For beams it may also be a job of the public relaxation code, its
+        folder or SimulationJob.json; see limber.beam_scene for structures. A mesh of tets (.msh, .vtk, ...), a closed surface
+        (.obj, .ply, .stl, .off, .glb) or lines of a linkage (.obj) open with defaults; session.issues says which.
 
-        session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
-        the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
-        progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
+        session: a name for it (default: the server chooses). `optimise`: "motion", "dynamics" or "all" in place of the scene's
+        value (see Session.optimise; modes are mixed of as many as the model gets now). `wait`: until the model is built and the
+        scene solved. `progress`: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
         closes the session. tets, within: of a surface, as tetrahedralize() takes them. stiffness: of a body, as
-        limber.painted_stiffness() takes or returns it. Warns of a model that misses its tolerance
-        (limber.AccuracyWarning) and of a material that the mesh file overrides (limber.MaterialWarning).
+        limber.painted_stiffness() takes or returns it. Warns of a model that misses its tolerance (limber.AccuracyWarning) and of
+        a material that the mesh file overrides (limber.MaterialWarning).
         """
         if (scene is None) == (sample is None):
             raise invalid("scene", "give either a scene or sample=")
@@ -122,9 +122,9 @@ class ServerCore:
         return opened
 
     def session(self, id: str) -> Any:
-        """Attaches to a session of any client: a Session, LinkageSession or BeamSession, or what register_kind() says. id: its name, or `name@uid`
-        (OpenSession.reference), which never is another session of that name. From then on others see this client in it
-        (OpenSession.clients())."""
+        """Attaches to a session of any client: a Session, LinkageSession or BeamSession, or the class given to register_kind().
+        id: its name, or `name@uid` (OpenSession.reference), which never is another session of that name. From then on others see
+        this client in it (OpenSession.clients())."""
         status = OpenSession(self, checks.text(id, "session")).status()
         attached = kind.session_class(status.kind)(self, status.session or id, uid=status.uid, instance=self.connection.instance)
         attached.revision = status.revision
@@ -172,8 +172,8 @@ class ServerCore:
                     raise LimberError("TIMEOUT", f"job {job} ({status.kind}) still runs after {timeout:g} s")
 
     def _wait_or_cancel(self, job: int, progress: ProgressOption, timeout: float) -> "service.GetJobResponse":
-        """Of a job whose answer is for this caller alone: nobody else could ask for it. A job that has ended is left as it
-        is."""
+        """Cancels a job whose answer is for this caller alone: no other client could request it. A job that has ended is left as
+        it is."""
         try:
             return self.wait_job(job, progress, timeout)
         except (KeyboardInterrupt, LimberError):
@@ -189,7 +189,7 @@ class ServerCore:
 
 
 def _greet(connection: Connection, timeout: float | None) -> "service.GetServerInfoResponse":
-    """Who is there, and does it speak our protocol?"""
+    """Checks that a server answers and that it speaks our protocol."""
     try:
         request = service.GetServerInfoRequest(client_version=version.PACKAGE)
         info = connection.call("get_server_info", request, timeout=timeout)
@@ -203,7 +203,7 @@ def _greet(connection: Connection, timeout: float | None) -> "service.GetServerI
 
 
 class _Bounded(OrderedDict):
-    """A mapping that forgets what was stored first."""
+    """A mapping that drops its oldest entries first."""
 
     def __init__(self, size: int):
         super().__init__()

@@ -1,4 +1,4 @@
-"""Frames as they are published: an iterator over what a stream brought."""
+"""Frames as they are published: an iterator over the messages of a stream."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ class StreamedFrames:
 
     @property
     def positions(self) -> np.ndarray:
-        """frames x nodes x 3 [length unit], float32 or, far from the origin, float64, decoded when asked for."""
+        """frames x nodes x 3 [length unit], float32 or, far from the origin, float64, decoded on request."""
         return decode(self.raw, self._session.geometry_for(self.raw))
 
 
 class SessionStream:
-    """What is published of a session under one topic, oldest first: the part that streams of all sorts share.
+    """Messages published for a session under one topic, oldest first: the part that streams of all sorts share.
 
-    Ends when the session is closed; raises ServerUnreachable when the server is gone (ServerStopped, one of those, when it
-    was stopped in order) and ServerRestarted when it was restarted. Of a session that its server stores it goes on behind an
+    Ends when the session is closed; raises ServerUnreachable when the server has ended (ServerStopped, one of those, after an
+    orderly stop) and ServerRestarted when it was restarted. If the server stores the session, the stream continues after an
     orderly restart (SIGTERM) of up to a minute, and another one of a few seconds. Not for several threads at once.
     """
 
@@ -75,7 +75,7 @@ class SessionStream:
     @property
     def cut_offs(self) -> list[str]:
         """Why the server has ended this stream, each time, in words, the newest 16: it had not been read for long, or its
-        connection had ended. It went on by itself, with the newest frames; `missed` counts what went by meanwhile."""
+        connection had ended. It continued by itself, with the newest frames; `missed` counts messages that passed meanwhile."""
         return list(self._reception.cut_offs)
 
     def __enter__(self):
@@ -111,7 +111,7 @@ class SessionStream:
                 self._checked = time.monotonic()
 
     def _subscribe(self, frames_topic: bytes, status_topic: bytes, newest: Newest) -> Reception:
-        """Of a server that has only the stream socket."""
+        """For a server that has only the stream socket."""
         connection = self._session.connection
         socket = connection.context.socket(zmq.SUB)
         try:

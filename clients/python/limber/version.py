@@ -1,4 +1,4 @@
-"""Of this package and of the protocol, and what is told where client and server are of different ones."""
+"""Versions of this package and of the protocol, and the message if those of client and server differ."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PROTOCOL = 1
 
 
 def other_protocol(server_version: str, spoken: Iterable[int]) -> LimberError:
-    """Where no version of the protocol is common to both: which side is older."""
+    """If no version of the protocol is common to both: the error that says which side is older."""
     versions = list(spoken)
     older = "client" if any(version > PROTOCOL for version in versions) else "server"
     return LimberError("UNSUPPORTED", f"limberd {server_version} speaks protocol {', '.join(map(str, versions))}, this client "

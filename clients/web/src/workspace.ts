@@ -15,16 +15,16 @@ export interface Mark {
   isSelected: boolean;
 }
 
-/** What a design of a session begins with, where the session was made for a surface. */
+/** Start of a design of a session that was made for a surface. */
 export interface DesignStart {
   name: string;
   content: Uint8Array;
-  /** Of the grid on the surface, one a joint; absent: the surface stays where it is. */
+  /** Points of the grid on the surface, one a joint; absent: the surface stays where it is. */
   fittedPoints?: ArrayMessage | undefined;
   flatAngleDegrees?: number;
 }
 
-/** What the page gives to the workspace of a kind. */
+/** Services of the page for the workspace of a kind. */
 export interface Desk {
   readonly stage: Stage;
   readonly session: LiveSession;
@@ -33,35 +33,35 @@ export interface Desk {
   goTo(frame: number): void;
   /** Marks, panels or the picture have changed. */
   refresh(): void;
-  /** What a design of this session begins with, where it was made for a surface. */
+  /** Start of a design of this session, if it was made for a surface. */
   readonly designStart: DesignStart | null;
-  /** One revision: what has no effect and what is refused is said. */
+  /** One revision: edits without effect and refused ones are reported. */
   send(edits: EditInit[]): void;
-  /** Opens the session's scene anew, changed: for what no edit can change. */
+  /** Opens the session's scene anew, changed: for parts that no edit can change. */
   openChanged(change: (scene: Scene) => void): void;
   notify(tone: Tone, text: string): void;
-  /** Says something for as long as it is so, in place of what was said of this key before; null: it is not so. */
+  /** Shows a text while it applies, in place of the previous one of this key; null: it does not apply. */
   follow(key: string, tone: Tone, text: string | null): void;
   fail(error: unknown): void;
 }
 
-/** What is particular to sessions of one kind: its picture, its panels, what the pointer does. */
+/** Part of a page that is particular to sessions of one kind: its picture, its panels, its pointer actions. */
 export interface Workspace extends PointerTarget {
   readonly up: UpAxis;
   readonly panels: HTMLElement[];
-  /** Of frames, where they are played: frames per second. */
+  /** Frames per second, if frames are played. */
   readonly rate: number;
-  /** What a frame is called. */
+  /** Name of a frame. */
   readonly frameName: string;
-  /** What one does here, in a sentence. */
+  /** Usage hint, in a sentence. */
   readonly hint: string;
-  /** Corners of what there is to be seen; null: nothing yet. */
+  /** Corners of the visible objects; null: nothing yet. */
   setGeometry(): [Vector3, Vector3] | null;
   show(frame: number): void;
   sceneChanged(): void;
   resultChanged(): void;
   marks(): Mark[];
   select(key: string | null): void;
-  /** Takes away what is selected. */
+  /** Removes the selection. */
   removeSelected(): void;
 }

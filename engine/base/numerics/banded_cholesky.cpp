@@ -38,8 +38,8 @@ void BandedCholesky::solve(Columns& x) const {
 }
 
 void BandedCholesky::solve_columns(Eigen::Ref<Columns> x) const {
-  // Each row is finished at once, as a product of a row of L or its transpose with the rows done:
-  // a quarter of the traffic of an update by each.
+  // Each row is finished at once, as a product of a row of L or its transpose with the finished
+  // rows. This needs a quarter of the memory traffic of one update per row.
   using Row = Eigen::Map<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>;
   const Eigen::Index n = factor_.cols(), width = factor_.rows() - 1;
   for (Eigen::Index j = 0; j < n; ++j) {

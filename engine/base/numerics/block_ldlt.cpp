@@ -42,7 +42,7 @@ void add_columns(const double* values, std::ptrdiff_t values_stride, std::ptrdif
   }
 }
 
-/// Zero from the diagonal block down: nothing above it is read.
+/// Zero from the diagonal block down: blocks above it are not read.
 void clear_lower(double* values, std::ptrdiff_t stride, int columns) {
   for (int c = 0; c < columns; ++c) {
     const int first = c / kB * kB;
@@ -109,8 +109,7 @@ class BlockLdlt::Impl {
   std::vector<double> panels_;
 
  private:
-  /// What one thread needs for one task at a time; used again by the next, while it is in the
-  /// cache.
+  /// Memory of one thread for one task at a time; used again by the next, while it is in the cache.
   struct Workspace {
     std::vector<double> remainders;
     std::vector<double> scratch;  // sizes of the diagonal, then L D
@@ -211,7 +210,7 @@ class BlockLdlt::Impl {
     }
   }
 
-  /// Of a front's nodes, columns first.
+  /// Values of a front's nodes, columns first.
   double* values_of(int front) { return values_.data() + value_begin_[front]; }
 
   void forward(int index, const double* x) {

@@ -9,8 +9,9 @@
 
 namespace limber {
 
-/// A = L D L^T of a symmetric matrix of 9 x 9 blocks on the edges of a graph: multifrontal, with
-/// dense kernels of our own, without pivoting, so that indefinite matrices give their inertia.
+/// A = L D L^T of a symmetric matrix of 9 x 9 blocks on the edges of a graph. The factorisation is
+/// multifrontal, with dense kernels of our own and without pivoting, so that indefinite matrices
+/// give their inertia.
 ///
 /// The order of elimination and all memory are fixed by the graph; factor() neither allocates nor
 /// depends on the number of threads. Independent parts of the elimination tree run in parallel.

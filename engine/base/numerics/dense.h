@@ -12,7 +12,7 @@ class SymmetricEigen {
  public:
   /// @param matrix  n x n, its lower triangle is read
   explicit SymmetricEigen(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
-  /// Of the tridiagonal matrix. @param beside  n - 1 entries beside the diagonal
+  /// Decomposes a tridiagonal matrix. @param beside  n - 1 entries next to the diagonal
   SymmetricEigen(const Eigen::Ref<const Eigen::VectorXd>& diagonal,
                  const Eigen::Ref<const Eigen::VectorXd>& beside);
 

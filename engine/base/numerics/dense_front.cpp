@@ -90,7 +90,7 @@ void divide_rows(const double* block, double* rows, double* scaled, int count,
   for (int r = 0; r < count; r += kLanes) {
     Lanes x[kBlock];
     for (int c = 0; c < kBlock; ++c) x[c] = *reinterpret_cast<const Lanes*>(rows + c * stride + r);
-    // What is known is used at once, so that no sum waits for the one before it.
+    // Each result is used at once, so that no sum waits for the one before it.
     for (int k = 0; k < kBlock; ++k) {
       for (int c = k + 1; c < kBlock; ++c) x[c] -= x[k] * lower[c][k];
     }

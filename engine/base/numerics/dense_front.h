@@ -24,7 +24,7 @@ inline constexpr int kBlock = 9;
 ///   scaled  stride x columns: L D below the diagonal blocks, on return
 ///   scales  size of each diagonal entry, to tell a vanishing pivot
 ///
-/// Strides are front_stride(size); what lies beyond row `size` is scratch.
+/// Strides are front_stride(size); entries beyond row `size` are scratch.
 /// @param size     rows, a multiple of kBlock
 /// @param columns  a multiple of kBlock, <= size
 [[nodiscard]] PivotCount eliminate_columns(double* panel, double* scaled, const double* scales,
@@ -37,8 +37,8 @@ void update_remainder(const double* panel, const double* scaled, int size, int c
                       double* remainder);
 
 /// The two halves of a solve within one front, by an eliminated panel.
-/// @param values  size numbers: columns first. Forward, they become L^-1 b and what is left for the
-/// rows below; backward, those of the columns become D^-1 y - L^T x with the rows' x given
+/// @param values  size numbers: columns first. Forward, they become L^-1 b and the remainder for
+/// the rows below; backward, those of the columns become D^-1 y - L^T x with the rows' x given
 void substitute_forward(const double* panel, int size, int columns, double* values);
 void substitute_backward(const double* panel, int size, int columns, double* values);
 

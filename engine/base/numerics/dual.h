@@ -7,8 +7,8 @@ namespace limber {
 
 /// A number and its derivative along one direction (forward differentiation, exact). V: double, a
 /// SIMD pack, or another Dual. Kernels written for a scalar type V give with Dual<V> the derivative
-/// of what they compute, so that Hessian-vector products and third derivatives need no code of
-/// their own. Comparisons are left out on purpose: branches go by `value`.
+/// of their result, so that Hessian-vector products and third derivatives need no code of their
+/// own. Comparisons are left out on purpose: branches go by `value`.
 template <class V>
 struct Dual {
   V value = V(0.0);

@@ -6,7 +6,7 @@
 
 namespace limber::detail {
 
-/// Where a block of the matrix goes in a front: to block row `row` of block column `column`.
+/// Destination of a block of the matrix in a front: block row `row` of block column `column`.
 struct BlockSource {
   enum class Kind { kDiagonal, kCoupling, kTransposedCoupling };
   Kind kind;
@@ -30,8 +30,8 @@ struct PlannedFront {
   bool shares_remainder = false;  // of the top, and of the roots of tasks
 };
 
-/// The numeric factorisation, laid out: `tasks` are subtrees that may run in parallel, `top` what
-/// comes after them; fronts within each in order.
+/// Plan of the numeric factorisation: `tasks` are subtrees that may run in parallel, `top` the
+/// fronts after them; fronts within each are in order.
 struct FrontPlan {
   std::vector<PlannedFront> fronts;  // children first
   std::vector<std::vector<int>> tasks;
@@ -39,7 +39,7 @@ struct FrontPlan {
   std::size_t panel_entries = 0;
   std::size_t shared_entries = 0;   // of remainders that outlive their task
   std::size_t task_entries = 0;     // of remainders within one task
-  std::size_t scratch_entries = 0;  // of whoever factors: widest_front sizes, then a panel
+  std::size_t scratch_entries = 0;  // of each factoring thread: widest_front sizes, then a panel
   std::size_t widest_front = 0;     // columns
 };
 

@@ -11,8 +11,8 @@
 namespace limber::detail {
 namespace {
 
-// What a front costs beside its multiplications: starting it, and adding its remainder to the
-// parent's, in multiplications of 9 x 9 blocks (measured).
+// Cost of a front in addition to its multiplications: starting it, and adding its remainder to the
+// parent's. Unit: multiplications of 9 x 9 blocks (measured).
 constexpr double kFrontOverhead = 6;
 constexpr double kOverheadPerBlock = 0.35;
 
@@ -86,7 +86,7 @@ FrontTree build_front_tree(int nodes, const std::vector<std::pair<int, int>>& ed
   std::vector<bool> gone(fronts.size(), false);
   swallow_children(fronts, gone);
 
-  // Children right before their parents, so that what they leave is still in the cache.
+  // Children right before their parents, so that their remainders are still in the cache.
   std::vector<int> sequence;
   const std::function<void(int)> visit = [&](int f) {
     for (const int child : fronts[f].children) visit(child);

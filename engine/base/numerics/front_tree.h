@@ -6,9 +6,9 @@
 
 namespace limber::detail {
 
-/// One dense step of a multifrontal factorisation: `columns` are eliminated together, what is left
-/// over couples `rows` and goes to the parent. Numbers are nodes of the graph; positions in the
-/// front count columns first, then rows.
+/// One dense step of a multifrontal factorisation: `columns` are eliminated together; the remainder
+/// couples `rows` and goes to the parent. Numbers are nodes of the graph; positions in the front
+/// count columns first, then rows.
 struct Front {
   std::vector<int> columns;
   std::vector<int> rows;  // eliminated later, in the order of elimination

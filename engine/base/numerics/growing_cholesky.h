@@ -15,8 +15,8 @@ class GrowingCholesky {
   /// Appends a row and column.
   /// @param cross        size() entries: the new row left of its diagonal
   /// @param diagonal     its diagonal entry
-  /// @param least_pivot  the squared new pivot must exceed this; else nothing changes and false is
-  /// returned
+  /// @param least_pivot  the squared new pivot must exceed this; else the factor is unchanged and
+  /// false is returned
   bool append(const Eigen::Ref<const Eigen::VectorXd>& cross, double diagonal, double least_pivot);
 
   /// Removes row and column `index`; later ones move up.

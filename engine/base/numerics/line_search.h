@@ -4,7 +4,7 @@
 #include <cmath>
 
 // Searches along a direction d from a point x: f(t) = value at x + t d, or along a curve that
-// begins there. They allocate nothing; trial points belong to the caller.
+// begins there. They do not allocate; trial points belong to the caller.
 
 namespace limber {
 
@@ -25,7 +25,7 @@ struct SufficientDecrease {
   [[nodiscard]] bool accepts(double step, double at_step) const { return at_step <= bound(step); }
 
   /// The next step after one that was not accepted: the minimum of the parabola through f(0), f'(0)
-  /// and f(step), at least 0.1 and at most 0.5 of the step; 0.25 of it where f is not finite.
+  /// and f(step), between 0.1 and 0.5 of the step. 0.25 of it if f is not finite.
   [[nodiscard]] double shorter(double step, double at_step) const {
     if (!std::isfinite(at_step)) return 0.25 * step;
     const double minimum = step * step * -slope / (2 * (at_step - value + step * -slope));

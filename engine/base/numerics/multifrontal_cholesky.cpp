@@ -114,7 +114,7 @@ void MultifrontalCholesky::analyse(const Matrix& a) {
 }
 
 void MultifrontalCholesky::lay_out_remainders() {
-  // Children come right before their parents, so what they leave lies on top of the stack.
+  // Children come right before their parents, so their remainders are on top of the stack.
   std::size_t top = 0, highest = 0;
   for (Front& front : fronts_) {
     std::size_t base = top;
@@ -192,7 +192,7 @@ void MultifrontalCholesky::add_child(const Front& child, const Front& front) {
   for (Index c = 0; c < rows; ++c) {
     const double* const from = remainders_.data() + child.remainder + c * rows;
     const Index column = child.places[static_cast<std::size_t>(c)];
-    // Where row 0 of the front would be: the remainder starts below the columns.
+    // Position of the front's row 0: the remainder starts below the columns.
     double* const to = column < front.columns
                            ? panels_.data() + front.panel + column * front.height()
                            : remainders_.data() + front.work + (column - front.columns) * own;
@@ -227,7 +227,7 @@ std::optional<FailedPivot> MultifrontalCholesky::eliminate(const Front& front) {
     auto under = panel.block(begin + count, begin, below, count);
     block.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(under);
     if (ahead == 0) continue;
-    // Above the diagonal lies what is never read.
+    // Entries above the diagonal are never read.
     panel.block(begin + count, begin + count, below, ahead).noalias() -=
         under * under.topRows(ahead).transpose();
   }

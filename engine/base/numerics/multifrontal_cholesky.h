@@ -17,7 +17,7 @@ class MultifrontalCholesky {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
 
-  /// Scratch memory of a solve, which grows to what is needed.
+  /// Scratch memory of a solve, which grows as needed.
   struct Workspace {
     Eigen::MatrixXd permuted;
     Eigen::MatrixXd rows;

@@ -9,7 +9,7 @@ struct NnlsOptions {
   /// Stop when no inactive component of the scaled negative gradient exceeds this, in (0, 1).
   double tolerance = 1e-10;
   /// A column enters only if its part independent of the active ones is at least this share of its
-  /// squared norm, in (0, 1); the others are copies of what is there.
+  /// squared norm, in (0, 1); the others are copies of active columns.
   double rank_tolerance = 1e-12;
   /// Active sets visited; 0: 10 * columns + 100.
   int max_iterations = 0;
@@ -27,12 +27,12 @@ struct NnlsResult {
   double optimality = 0;
 };
 
-/// min |A x - b|^2 / 2 over x >= 0, given gram = A^T A and rhs = A^T b only: the number of rows of
-/// A does not matter.
+/// Minimises |A x - b|^2 / 2 over x >= 0, given gram = A^T A and rhs = A^T b only. The number of
+/// rows of A has no effect.
 ///
 /// Lawson and Hanson's active set method (Solving Least Squares Problems, ch. 23) on the normal
-/// equations, with a Cholesky factor of the active block that grows and shrinks by one column.
-/// Columns are scaled to unit norm first; a zero column gets x = 0. Deterministic.
+/// equations. The Cholesky factor of the active block grows and shrinks by one column. Columns are
+/// scaled to unit norm first; a zero column gets x = 0. Deterministic.
 /// @param warm_support  columns to start from as active (from a neighbouring problem); may be empty
 /// @throws Error{kInvalidArgument} for sizes that do not fit, values that are not finite, a
 /// negative diagonal

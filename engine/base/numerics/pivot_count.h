@@ -7,8 +7,8 @@ namespace limber {
 struct PivotCount {
   int positive = 0;
   int negative = 0;
-  /// Pivots that are rounding noise beside their diagonal entry (or not finite): the matrix is
-  /// singular, solutions mean nothing.
+  /// Pivots that are rounding noise compared with their diagonal entry (or not finite): the matrix
+  /// is singular, solutions are meaningless.
   int vanishing = 0;
 
   [[nodiscard]] bool positive_definite() const { return negative == 0 && vanishing == 0; }

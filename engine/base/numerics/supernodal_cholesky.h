@@ -10,14 +10,14 @@
 
 namespace limber::detail {
 
-/// P A P^T = L L^T by CHOLMOD's supernodal module, with BLAS pinned to one thread so that results
-/// do not depend on the number of cores: what SparseCholesky runs on by default. The module is
-/// under the GPL (NOTICE.md).
+/// P A P^T = L L^T by CHOLMOD's supernodal module, the default of SparseCholesky. BLAS is pinned to
+/// one thread so that results do not depend on the number of cores. The module is under the GPL
+/// (NOTICE.md).
 class SupernodalCholesky {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
 
-  /// Scratch memory of a solve, which grows to what is needed.
+  /// Scratch memory of a solve, which grows as needed.
   class Workspace {
    public:
     Workspace();

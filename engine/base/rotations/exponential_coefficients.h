@@ -6,9 +6,9 @@
 #include <type_traits>
 
 // Coefficients of the exponential map of so(3) and of its first derivative, one branch-free formula
-// for a scalar and for a SIMD pack. Written in the half angle m = n/2, where nothing cancels: the
-// closed forms in n lose all digits at small n (measured table in the papers' errata, "the switch
-// of sec. 2.3 is not robust").
+// for a scalar and for a SIMD pack. They are written in the half angle m = n/2, without
+// cancellation. The closed forms in n lose all digits at small n (measured table in the papers'
+// errata, "the switch of sec. 2.3 is not robust").
 
 namespace limber::rotations {
 
@@ -77,7 +77,7 @@ template <class V, class Mask>
   }
 }
 
-// Of the half angle m: cos m, sin m / m, the derivative of the latter by m over m.
+// Functions of the half angle m: cos m, sin m / m, the derivative of the latter by m over m.
 template <class V>
 struct HalfAngle {
   V m2;

@@ -10,8 +10,8 @@ namespace limber::rotations {
 [[nodiscard]] Eigen::Vector3d logarithm(const Eigen::Quaterniond& rotation);
 [[nodiscard]] Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation);
 
-/// Of all theta with exp(theta^x) the rotation (they differ by full turns along the axis) the one
-/// nearest to `reference`. Where the rotation is the identity to 1e-13, any axis may turn: the
+/// The theta nearest to `reference` for which exp(theta^x) is the rotation (all of these differ by
+/// full turns along the axis). If the rotation is the identity to 1e-13, any axis is possible: the
 /// reference's own is taken.
 [[nodiscard]] Eigen::Vector3d logarithm_near(const Eigen::Quaterniond& rotation,
                                              const Eigen::Vector3d& reference);

@@ -9,8 +9,8 @@ namespace limber::rotations {
 /// The smallest rotation that takes the unit vector `from` to the unit vector `to`, applied to a
 /// vector (rod linkages, sec. 4.3):
 ///   P v = (from . to) v + (from x to) x v + (from x to) ((from x to) . v) / (1 + from . to).
-/// Opposite vectors have no smallest rotation: 1 + from . to is taken as |from + to|^2 / 2, which
-/// keeps its relative accuracy up to there, and P is not finite there.
+/// Opposite vectors have no smallest rotation, and P is not finite there. 1 + from . to is computed
+/// as |from + to|^2 / 2, which keeps its relative accuracy up to there.
 template <class V>
 class ParallelTransport {
  public:
@@ -41,8 +41,8 @@ class ParallelTransport {
   return {r.x, r.y, r.z};
 }
 
-/// Unit vectors this close to opposite (|from + to|, about the angle that is missing to pi) have
-/// lost half of their digits in the axis of the rotation between them.
+/// For unit vectors this close to opposite (|from + to|, about the difference of their angle from
+/// pi), the axis of the rotation between them has lost half of its digits.
 inline constexpr double kNearlyOpposite = 1e-8;
 [[nodiscard]] inline bool are_opposite(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   return !((from + to).norm() > kNearlyOpposite);

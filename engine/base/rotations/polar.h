@@ -12,9 +12,9 @@ struct Polar {
   Eigen::Matrix3d stretch;
 };
 
-/// The rotation nearest to F in the Frobenius norm, also for singular and inverted F (R is then not
-/// unique only where the two smallest signed singular values cancel; some nearest rotation is
-/// returned, the identity for F = 0). Found as the dominant eigenvector of Horn's 4 x 4 matrix,
+/// The rotation nearest to F in the Frobenius norm, also for singular and inverted F. R is then not
+/// unique only if the two smallest signed singular values cancel; some nearest rotation is
+/// returned, the identity for F = 0. Found as the dominant eigenvector of Horn's 4 x 4 matrix,
 /// which needs no case distinctions.
 /// @pre F is finite
 [[nodiscard]] Polar polar_decomposition(const Eigen::Matrix3d& f);

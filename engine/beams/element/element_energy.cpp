@@ -24,7 +24,7 @@ NaturalModes<double> modes(const ElementConstants<double>& constants, const Elem
           triad(ends.finish_axes)};
 }
 
-/// The chord, and what derivatives by it need.
+/// The chord, and the data for derivatives by it.
 struct Chord {
   Vector3d t;
   double inverse;       // 1/l
@@ -62,7 +62,7 @@ class EndDerivatives {
   /// Spin of this end about the chord, as the twist sees it: e = (x1 + t) / (1 + c).
   [[nodiscard]] Vector3d lever() const { return k_.inverse * (axes_.col(0) + chord_.t); }
 
-  /// Adds weight times the second derivatives of the twist by what is this end's.
+  /// Adds weight times the second derivatives of the twist by this end's unknowns.
   void add_twist(double weight, Matrix9d& h) const {
     const Vector3d e = lever(), x1 = axes_.col(0), k = x1.cross(chord_.t);
     const double w = weight * k_.inverse;
@@ -102,7 +102,7 @@ class EndDerivatives {
   Vector9d angle_2_, angle_3_;
 };
 
-/// Adds one plane of bending: near and far stiffness, and with `pull` what bowing does.
+/// Adds one plane of bending: near and far stiffness, and with `pull` the effect of bowing.
 void add_plane(double near, double far, double pull, const Vector9d& start, const Vector9d& finish,
                Matrix9d& h) {
   const Vector9d by_start = (near + 4 * pull) * start + (far - pull) * finish;
@@ -120,7 +120,7 @@ void leave_out_axial(const ElementConstants<double>& k, const NaturalModes<doubl
   r.finish_3 = k.near_3 * q.finish_3 + k.far_3 * q.start_3;
 }
 
-/// Of the stiffness EA / L.
+/// Share of the stiffness EA / L.
 double shown_share(const ElementConstants<double>& k, const ElementEnds& ends) {
   if (k.least_stretch < -1) return 1;  // a beam
   switch (cable_tension(k, ends)) {

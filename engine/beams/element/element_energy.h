@@ -9,7 +9,7 @@ namespace limber::beams {
 using ElementVector = Eigen::Matrix<double, 12, 1>;
 using ElementMatrix = Eigen::Matrix<double, 12, 12>;
 
-/// Where the ends of one element are: positions, and the axes of their sections as columns.
+/// The ends of one element: positions, and the axes of their sections as columns.
 struct ElementEnds {
   Eigen::Vector3d start, finish;
   Eigen::Matrix3d start_axes, finish_axes;
@@ -33,13 +33,13 @@ struct ElementEnds {
 enum class Compression {
   kCounts,
   kLeftOut,
-  kWithAllForcesLeftOut,  // what the material resists: semi-definite
+  kWithAllForcesLeftOut,  // resistance of the material: semi-definite
 };
 
-/// What a cable shows of its stiffness EA / L to second derivatives: all of it where it is pulled,
-/// nothing where it is slack. One that is just taut, as long as at rest within rounding, has one
-/// value to each side; the mean of both stands for them, and whether it is enough is another
-/// question (detail::just_taut_cables).
+/// Share of a cable's stiffness EA / L in second derivatives: all of it if it is pulled, nothing if
+/// it is slack. A cable that is just taut, at its rest length within rounding, has one value to
+/// each side. The mean of both stands for them; whether it is enough is another question
+/// (detail::just_taut_cables).
 enum class CableTension { kSlack, kJustTaut, kPulled };
 [[nodiscard]] CableTension cable_tension(const ElementConstants<double>& constants,
                                          const ElementEnds& ends);

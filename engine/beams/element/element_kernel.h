@@ -8,9 +8,9 @@
 
 namespace limber::beams {
 
-/// Constants of an element. Bending in a plane has the energy
-/// (near (u_a^2 + u_b^2) + 2 far u_a u_b) / 2 of the end angles u beyond those at rest:
-/// near = 4 EI/L, far = 2 EI/L, or EI/L and -EI/L where shear is released.
+/// Constants of an element. Bending in a plane has the energy (near (u_a^2 + u_b^2) + 2 far u_a
+/// u_b) / 2 of the end angles u beyond those at rest. Here near = 4 EI/L, far = 2 EI/L, or EI/L and
+/// -EI/L if shear is released.
 template <class V>
 struct ElementConstants {
   V length = V(1.0);      // L, at rest, along the beam
@@ -74,9 +74,8 @@ struct EndAngles {
   }
 };
 
-/// What stands for the twist angle: twice the measure of half of it, 6 sin / (2 + cos) of angle
-/// / 2. Error angle^5 / 2880, increasing in all of (-pi, pi); beyond, it jumps: a turn slips
-/// through.
+/// Measure of the twist angle: twice that of half of it, 6 sin / (2 + cos) of angle / 2. Error
+/// angle^5 / 2880, increasing in all of (-pi, pi); beyond, it jumps: a turn slips through.
 template <class V>
 struct TwistMeasure {
   V half;   // cosine of half the angle
@@ -141,7 +140,7 @@ struct NaturalModes {
   }
 };
 
-/// What an element answers.
+/// Response of an element.
 template <class V>
 struct ElementResponse {
   V axial, twisting;                       // N, and dU / d angle of twist

@@ -7,7 +7,7 @@
 
 namespace limber::beams {
 
-/// Of a force that an element does not pass on at one end: which end carries the load along its
+/// For a force that an element does not pass on at one end: the end that carries the load along its
 /// axis.
 enum class Carrier { kBoth, kStart, kFinish };
 
@@ -19,7 +19,7 @@ struct LoadTransfer {
   std::array<Carrier, 3> carriers{Carrier::kBoth, Carrier::kBoth, Carrier::kBoth};
 };
 
-/// A load that is spread over an element: what its whole length would get [force] if the load per
+/// A load that is spread over an element: the force on its whole length [force] if the load per
 /// length were everywhere that of its start, or of its finish. In space; linear in between.
 struct SpreadLoad {
   Eigen::Vector3d start = Eigen::Vector3d::Zero(), finish = Eigen::Vector3d::Zero();
@@ -28,9 +28,9 @@ struct SpreadLoad {
   [[nodiscard]] Eigen::Vector3d resultant() const { return 0.5 * (start + finish); }
 };
 
-/// Forces and moments on the ends, in the order of element_gradient: those that do the same work as
-/// the load on the cubic x(s) = h_1 p_a + h_2 p_b + lever (h_3 x_a + h_4 x_b), whose end tangents
-/// x_a, x_b are axes 1 of the ends. At small rotations they are minus the fixed-end forces. See
+/// Forces and moments on the ends, in the order of element_gradient. They do the same work as the
+/// load on the cubic x(s) = h_1 p_a + h_2 p_b + lever (h_3 x_a + h_4 x_b). Its end tangents x_a,
+/// x_b are axes 1 of the ends. At small rotations they are minus the fixed-end forces. See
 /// NOTATION.md, "Loads over elements".
 [[nodiscard]] ElementVector spread_forces(const LoadTransfer& transfer, const ElementEnds& ends,
                                           const SpreadLoad& load);

@@ -8,7 +8,7 @@
 
 #include "engine/beams/model/section.h"
 
-// What a structure of beams is, as plain values. Any consistent units of length, force and mass.
+// Plain values that define a structure of beams. Any consistent units of length, force and mass.
 
 namespace limber::beams {
 
@@ -22,10 +22,10 @@ enum class BeamKind {
   kCable,  // pulls only: no force where it is shorter than at rest, no moments ever
 };
 
-/// What an end of a beam does not pass on to its node, by axis of the element at rest (1: along the
-/// beam, 3: towards the normal). Released rotations are hinges that turn with the node and may turn
-/// by any angle; all three are a ball joint. Released forces are slides, and meant to be short
-/// beside the element.
+/// Releases: components that an end of a beam does not pass on to its node, by axis of the element
+/// at rest (1: along the beam, 3: towards the normal). Released rotations are hinges that turn with
+/// the node and may turn by any angle; all three are a ball joint. Released forces are slides, and
+/// meant to be short beside the element.
 struct EndRelease {
   std::array<bool, 3> forces{};     // axial, shear along axis 2, shear along axis 3
   std::array<bool, 3> rotations{};  // about axis 1 (twist), 2, 3
@@ -41,7 +41,7 @@ struct BeamElement {
   /// Third axis of the section before it is made perpendicular to the beam; zero: see drawn_normal.
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   double rest_length = 0;  // [length]; 0: as drawn
-  /// Curvature at rest of the element beyond what is drawn: rotation of the section per length,
+  /// Curvature at rest of the element beyond the drawn one: rotation of the section per length,
   /// about axes 1 (twist), 2 and 3 of the element [1/length].
   Eigen::Vector3d rest_curvature = Eigen::Vector3d::Zero();
   EndRelease start_release;
@@ -57,13 +57,13 @@ struct BeamSupport {
   bool operator==(const BeamSupport&) const = default;
 };
 
-/// Where a node is brought, ramped with the load steps. A support of the same node may fix other
+/// Prescribed place of a node, ramped with the load steps. A support of the same node may fix other
 /// directions by the same axes, or by others as far as these span the same (see by_axes).
 ///
-/// What rotations a support and a motion hold together is, about all three axes: exp of a rotation
-/// vector; about two: exp of one that has no component along the third, and then any rotation about
-/// the third; about one alone: the twist about it, and then any rotation about some axis across it
-/// (a joint of constant velocity). Rotations are what they are in a state: no path matters.
+/// Rotations that a support and a motion hold together, about all three axes: exp of a rotation
+/// vector. About two axes: exp of one that has no component along the third, and then any rotation
+/// about the third. About one alone: the twist about it, and then any rotation about some axis
+/// across it (a joint of constant velocity). Rotations depend on the state alone: no path matters.
 struct PrescribedMotion {
   int node = 0;
   std::array<bool, 3> translates{};  // which components of `translation` are prescribed
@@ -83,9 +83,9 @@ struct PrescribedMotion {
   bool operator==(const PrescribedMotion&) const = default;
 };
 
-/// The same motion by other axes, with zeros in directions that it does not give; nothing where one
-/// of these lies neither in the span of the directions that are given nor across it: three go with
-/// any axes.
+/// The same motion by other axes, with zeros in directions that it does not give. The result is
+/// empty if one of these lies neither in the span of the given directions nor across it: three go
+/// with any axes.
 [[nodiscard]] std::optional<PrescribedMotion> by_axes(const PrescribedMotion& motion,
                                                       const Eigen::Matrix3d& axes);
 
@@ -111,11 +111,11 @@ struct DistributedLoad {
 };
 
 /// Does an element that bends get shorter between its ends? With it an element buckles by itself
-/// and answers converge with the fourth power of its length; left out, elements are those of the
+/// and answers converge with the fourth power of its length. Without it, elements are those of the
 /// paper, stiff under pressure and of second order.
 enum class Bowing { kCounts, kLeftOut };
 
-/// Of a model whose elements were cut: what an element of it is a part of.
+/// For a model whose elements were cut: the element of which an element is a part.
 struct ElementPart {
   int element = 0;
   int part = 0;   // from 0, from the element's start
@@ -135,7 +135,7 @@ struct BeamModel {
   /// which a plane structure buckles.
   std::vector<NodalLoad> temporary_loads;
   Bowing bowing = Bowing::kCounts;
-  /// Per element, or empty where nothing was cut. Messages call elements and nodes by what people
+  /// Per element, or empty if nothing was cut. Messages use names of elements and nodes that users
   /// know: see element_name.
   std::vector<ElementPart> element_parts;
 };
@@ -154,12 +154,12 @@ void validate(const BeamModel& model);
 /// motions and loads alone.
 void validate_conditions(const BeamModel& model);
 
-/// Of a node that is both fixed and moved along the same axis, the motion holds: clears what
-/// supports fix in directions that a motion gives. Motions by axes that mix with those of the
-/// support are left to validate().
+/// If a node is both fixed and moved along the same axis, the motion holds: clears the fixed
+/// directions of supports that a motion gives. Motions by axes that mix with those of the support
+/// are left to validate().
 void give_motions_precedence(BeamModel& model);
 
-/// Of each node 1 where an element uses it, else 0; a model without elements uses all of them.
+/// For each node 1 if an element uses it, else 0; a model without elements uses all of them.
 /// @pre nodes of elements exist
 [[nodiscard]] std::vector<char> used_nodes(const BeamModel& model);
 
@@ -171,13 +171,14 @@ void give_motions_precedence(BeamModel& model);
 /// Length between the nodes as drawn.
 [[nodiscard]] double drawn_length(const BeamModel& model, int element);
 
-/// Towards which the third axis of an element points, not yet perpendicular to it: its own normal;
-/// without one the mean of its nodes' normals; where this is within 0.1 degrees of the element's
-/// direction (a vertical member with the default normal), global z; where this is, too, global x.
+/// Direction towards which the third axis of an element points, not yet perpendicular to it. It is
+/// the element's own normal, or without one the mean of its nodes' normals. If this is within 0.1
+/// degrees of the element's direction (a vertical member with the default normal), it is global z;
+/// if that is, too, global x.
 [[nodiscard]] Eigen::Vector3d drawn_normal(const BeamModel& model, int element);
 
-/// Columns are axes 1, 2, 3 of an element as drawn: axis 1 from start to finish, axis 3 towards the
-/// normal, axis 2 = axis 3 x axis 1 (bending-active, eq. 4 to 6).
+/// Columns are axes 1, 2, 3 of an element as drawn. Axis 1 goes from start to finish, axis 3
+/// towards the normal, axis 2 = axis 3 x axis 1 (bending-active, eq. 4 to 6).
 [[nodiscard]] Eigen::Matrix3d drawn_frame(const BeamModel& model, int element);
 
 }  // namespace limber::beams

@@ -7,9 +7,9 @@
 
 namespace limber::beams {
 
-/// Per node, what resists its spins as drawn: a symmetric matrix with the spins that nothing
-/// resists for its null space. Beams resist spins but for those about axes that they release
-/// there, supports and motions those that they hold; cables none.
+/// Per node, the resistance to its spins as drawn: a symmetric matrix with the spins that nothing
+/// resists for its null space. Beams resist spins but for those about axes that they release there,
+/// supports and motions those that they hold; cables none.
 /// @pre nodes, elements, supports and motions are valid
 [[nodiscard]] std::vector<Eigen::Matrix3d> spin_resistances(const BeamModel& model);
 

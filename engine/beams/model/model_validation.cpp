@@ -16,13 +16,14 @@ namespace limber::beams {
 
 namespace {
 
-/// Squares of what is larger overflow.
+/// Squares of larger numbers overflow.
 constexpr double kLargest = 1e100;
-/// Of the shortest element: farther from the origin, rounding of coordinates is strain that shows.
+/// Multiple of the shortest element: farther from the origin, rounding of coordinates shows as
+/// strain.
 constexpr double kFarthest = 1e6;
 /// Attitudes of ends that are twisted further come close to half a turn [rad].
 constexpr double kMaxRestTwistRad = 2;
-/// Of a moment's part that acts where nothing takes it.
+/// Share of a moment for its part that acts where nothing takes it.
 constexpr double kRounding = 1e-9;
 
 /// A field. Becomes text where something is wrong with it alone: writing the names of all that is
@@ -39,14 +40,14 @@ struct Field {
 Field at(const char* list, std::size_t index, const char* member = "") {
   return {list, index, *member == 0 ? "" : ".", member};
 }
-/// What clients do not give by a name of its own, in words.
+/// Describes in words a field for which clients give no name.
 Field described(const char* list, std::size_t index, const char* words) {
   return {list, index, ": ", words};
 }
 [[noreturn]] void refuse(const std::string& field, const std::string& why,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
-  // "sections[3]: its stiffness E A" is a number of a structure that comes from others: the field
-  // is what it belongs to.
+  // "sections[3]: its stiffness E A" is a number that a structure derives from others: the field is
+  // its owner.
   throw Error(code, field.substr(0, field.find(':')), fmt::format("{} {}", field, why));
 }
 void require_index(int index, std::size_t count, const Field& field, const char* what) {

@@ -4,7 +4,7 @@
 
 namespace limber::beams {
 
-/// What a beam is made of. Any consistent units; SI in files.
+/// Material of a beam. Any consistent units; SI in files.
 struct BeamMaterial {
   double young = 0;         // E [force/length^2], > 0
   double poisson = 0;       // in (-1, 0.5]; 0 where the shear modulus is given
@@ -17,7 +17,7 @@ struct BeamMaterial {
   [[nodiscard]] double shear() const { return shear_modulus.value_or(young / (2 * (1 + poisson))); }
 };
 
-/// Where bending stresses of both planes are largest together.
+/// Points at which bending stresses of both planes are largest together.
 enum class Outline { kCorners, kRound };
 
 /// Geometry of a cross-section. Axis 2 runs across, axis 3 along the normal; the first is the
@@ -39,7 +39,7 @@ struct SectionShape {
 /// @throws Error as circle, also where the inner radius is not below the outer; inner may be 0
 [[nodiscard]] SectionShape tube(double outer_radius, double inner_radius);
 
-/// Stiffnesses of a cross-section, with what turns forces into stresses and weights.
+/// Stiffnesses of a cross-section, with the data that turn forces into stresses and weights.
 struct BeamSection {
   double stretching = 0;  // EA [force], > 0
   double torsion = 0;     // GJ [force length^2], > 0 for beams

@@ -73,7 +73,7 @@ std::string describe_sagging_cable(const BeamStructure& structure, const BeamSta
   return {};
 }
 
-/// Of the elements of the structure.
+/// Results of the elements of the structure.
 BeamResults results_of_members(const Level& level) {
   return member_results(results_of(level.structure, level.cut.state), level.cut.subdivision);
 }
@@ -96,7 +96,7 @@ std::string describe_failure(const Level& level) {
                      level.structure.elements(), level.report.message);
 }
 
-/// What the estimate compares: the equilibrium and that of its halves.
+/// The compared levels: the equilibrium and that of its halves.
 struct Compared {
   const BeamModel& model;
   const CutEquilibrium& cut;

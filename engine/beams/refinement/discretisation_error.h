@@ -11,15 +11,16 @@
 
 namespace limber::beams {
 
-/// What a tolerance of positions asks of moments and utilisations, as a share of the largest ones:
-/// as much, but never less than 1 %. They are derivatives, whose errors fall by less for each cut.
+/// Tolerance of moments and utilisations for a tolerance of positions, as a share of the largest
+/// ones: the same, but never less than 1 %. They are derivatives, whose errors fall by less for
+/// each cut.
 [[nodiscard]] inline double force_tolerance(double tolerance) { return std::max(tolerance, 0.01); }
 
-/// An equilibrium against the limit of ever more parts of its elements, where the structure is what
-/// is drawn: straight between nodes. See NOTATION.md, "Discretisation error".
+/// Error of an equilibrium against the limit of ever more parts of its elements, if the structure
+/// is as drawn: straight between nodes. See NOTATION.md, "Discretisation error".
 struct DiscretisationError {
-  /// Else the message says why not. Errors of what was compared are there even so where elements of
-  /// the finest equilibrium are known, but cables that sag are part of the structure.
+  /// False: the message says why. Errors of the compared equilibria are given even so if
+  /// `compared_elements` is known, but cables that sag are part of the structure.
   bool is_known = false;
   /// Largest distance of a node of the structure from its place in the limit: over structure_size()
   /// and in [length]; which node that is.
@@ -42,7 +43,7 @@ struct DiscretisationError {
   /// By which power of the parts' length the distances fell from halves to quarters, in [0, 4];
   /// 0: quarters were not needed.
   double order = 0;
-  std::string message;  // what is doubtful about the estimate; empty: nothing
+  std::string message;  // doubts about the estimate; empty: none
 
   /// The largest error, those of moments and utilisations in proportion to force_tolerance().
   [[nodiscard]] double error_against(double tolerance) const {
@@ -57,7 +58,7 @@ struct CutEquilibrium {
   BeamState state;  // of the cut model
 };
 
-/// What the estimate found on its way.
+/// Intermediate results of the estimate.
 struct DiscretisationEstimate {
   DiscretisationError error;
   /// Per element of the structure: energy of the difference between its forces and those of its
@@ -71,15 +72,16 @@ struct DiscretisationEstimate {
 /// and errors of moments and utilisations above the force_tolerance() of it.
 inline constexpr double kSmallDiscretisationError = 1e-3;
 
-/// Elements of a cut model, where nothing else is asked for.
+/// Elements of a cut model, unless another number is requested.
 inline constexpr int kMaxCutElements = 20000;
 
 /// Diagonal of the box around the nodes as drawn that elements use [length].
 [[nodiscard]] double structure_size(const BeamModel& model);
 
 /// Each part is halved, and the equilibrium next to the shape that the halves begin with is found.
-/// Where nodes have moved far the same again with quarters, which say of what order the differences
-/// are; else order two is assumed, the least there is: distances then count for a third more.
+/// If nodes have moved far, the same is done with quarters, which give the order of the
+/// differences. Otherwise order two is assumed, the least there is: distances then count for a
+/// third more.
 /// @param model  the structure, not cut
 /// @param cut  its equilibrium, of cut_model(model, cut.subdivision)
 /// @param max_elements  of the finest one that is compared with; where halves have more, there is

@@ -10,7 +10,7 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr int kIntervals = 8;  // of a part, between the places that are compared
-// What rounding of angles and stresses leaves is no error: over EI / L, and of the yield stress.
+// Rounding of angles and stresses is no error: over EI / L, and of the yield stress.
 constexpr double kMomentRounding = 1e-10, kUtilisationRounding = 1e-8;
 
 // Three points of Gauss on [0, 1].
@@ -21,7 +21,7 @@ double bending_of(const BeamSection& section) {
   return std::max(section.bending_2, section.bending_3);
 }
 
-/// Weights of the first and the second difference in what is left to the limit.
+/// Weights of the first and the second difference in the remainder to the limit.
 struct Extrapolation {
   double first = 1, second = 0;
 };

@@ -11,7 +11,7 @@ namespace limber::beams::detail {
 
 /// Powers of the parts' length by which differences are taken to fall.
 inline constexpr double kLeastOrder = 2, kLargestOrder = 4;
-/// What is left of differences that fall by such a power, over the last of them.
+/// Remainder of differences that fall by such a power, over the last of them.
 [[nodiscard]] inline double rest_of(double order) { return 1 / (std::exp2(order) - 1); }
 
 /// Bending moments and utilisations of a structure's elements, at places that are the same for
@@ -33,8 +33,8 @@ struct SampledForces {
 void set_force_errors(const SampledForces& coarse, const SampledForces& halves,
                       const SampledForces* quarters, DiscretisationError& error);
 
-/// Of each element of the structure: energy of the difference between its forces and those of its
-/// halves, the root [sqrt(force length)]; 0 of cables.
+/// For each element of the structure: energy of the difference between its forces and those of its
+/// halves, the root [sqrt(force length)]; 0 for cables.
 /// @param results, halves  of its elements
 [[nodiscard]] std::vector<double> difference_energies(const BeamModel& model,
                                                       const Subdivision& subdivision,

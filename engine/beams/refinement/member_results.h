@@ -5,8 +5,8 @@
 
 namespace limber::beams {
 
-/// Results of a cut structure as those of the structure: extremes and stresses are those of the
-/// part that has them, with their places along the element, moments those at its ends, energies
+/// Results of a cut structure as those of the structure. Extremes and stresses are those of the
+/// part that has them, with their places along the element; moments are at its ends, energies are
 /// sums.
 /// @param results  of the cut structure
 [[nodiscard]] BeamResults member_results(const BeamResults& results,

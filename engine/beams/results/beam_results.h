@@ -20,7 +20,7 @@ struct ElementForces {
 };
 
 struct BeamResults {
-  /// What supports and motions give for balance, in global axes, a column per node; zero where
+  /// Balancing forces of supports and motions, in global axes, a column per node; zero where
   /// nothing is held.
   Eigen::Matrix3Xd reaction_forces, reaction_moments;
   std::vector<ElementForces> forces;

@@ -90,7 +90,7 @@ SectionForces ElementForceDistribution::at(double s) const {
   }
   const Vector3d place =
       s * linear_ + s2 * square_ + s3 * cubic_ + (s2 * rest * rest) * particular_;
-  // Of the load before the cut, about the start: of its value there, and of its change.
+  // Arms of the load before the cut, about the start: for its value there, and for its change.
   const Vector3d moved = s2 * (linear_ / 2 + s / 3 * square_ + s2 / 4 * cubic_);
   const Vector3d moved_by_change = s3 * (linear_ / 3 + s / 4 * square_ + s2 / 5 * cubic_);
   const Vector3d moment =

@@ -9,7 +9,7 @@
 
 namespace limber::beams {
 
-/// Forces and moments along one element of a structure, from what acts on its start and over its
+/// Forces and moments along one element of a structure, from the loads on its start and over its
 /// length: they balance at every place of it. See NOTATION.md, "Forces that results give".
 class ElementForceDistribution {
  public:

@@ -7,7 +7,7 @@
 
 namespace limber::beams {
 
-/// Forces and moments at a place of an element: what the part behind a cut does to the part before
+/// Forces and moments at a place of an element: action of the part behind a cut on the part before
 /// it, by the axes of the section there.
 struct SectionForces {
   double axial = 0;                   // N, tension is positive [force]
@@ -22,8 +22,7 @@ struct SectionForces {
   }
 };
 
-/// Stresses at a place of an element [force/length^2]; 0 where the section does not say what they
-/// need.
+/// Stresses at a place of an element [force/length^2]; 0 if the section lacks the data for them.
 struct ElementStresses {
   double axial = 0;        // N/A, signed
   double bending = 0;      // of both planes together, the largest on the outline of the section
@@ -32,8 +31,8 @@ struct ElementStresses {
   double utilisation = 0;  // equivalent over yield stress
 };
 
-/// Of a round section the largest bending stress is that of the resultant moment, about whatever
-/// axis it is; else both moments are largest in a corner.
+/// For a round section the largest bending stress is that of the resultant moment, about whatever
+/// axis it is. Otherwise both moments are largest in a corner.
 [[nodiscard]] ElementStresses stresses_of(const BeamSection& section, const SectionForces& forces);
 
 }  // namespace limber::beams

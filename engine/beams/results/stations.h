@@ -6,7 +6,7 @@
 
 namespace limber::beams {
 
-/// A place of an element, and what is in it.
+/// A place of an element, with its forces and stresses.
 struct Station {
   double place = 0;  // share of the length at rest, from the start
   SectionForces forces;

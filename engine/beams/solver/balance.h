@@ -21,7 +21,8 @@ struct Imbalance {
   int unknown = -1;
 };
 
-/// What rounding of places leaves of forces in stiff elements: left out, or part of what is judged.
+/// Treatment of the forces that rounding of places leaves in stiff elements: left out, or part of
+/// the imbalance.
 enum class Rounding { kForgiven, kCounted };
 
 /// Measures by which forces, moments, steps and eigenvalues are judged, for any units.
@@ -36,15 +37,15 @@ class Balance {
   /// The same where the largest force and moment of elements are known.
   [[nodiscard]] PresentForces present(PresentForces in_elements, const NodeLoads& loads) const;
 
-  /// Of a residual by all unknowns; held ones are not read. What rounding leaves counts as zero
-  /// where it is forgiven.
+  /// Imbalance for a residual by all unknowns; held ones are not read. The part that rounding
+  /// leaves counts as zero if it is forgiven.
   [[nodiscard]] Imbalance imbalance(const Eigen::VectorXd& residual, const PresentForces& present,
                                     Rounding rounding = Rounding::kForgiven) const;
 
   /// Lengths for translations, lengths times squared lengths of elements for rotations: what shifts
   /// of the stiffness are multiplied with. By unknown.
   [[nodiscard]] const Eigen::VectorXd& weights() const { return weights_; }
-  /// EI / extent^4: what bends at the size of the whole structure, per weight.
+  /// EI / extent^4: bending at the size of the whole structure, per weight.
   [[nodiscard]] double softest() const { return softest_; }
   /// EA / length^2 of the stiffest element, per weight.
   [[nodiscard]] double stiffest() const { return stiffest_; }

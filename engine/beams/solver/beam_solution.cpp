@@ -16,12 +16,12 @@ constexpr double kSwerve = 0.05;
 constexpr int kIterationsOfBranch = 3000;     // Newton iterations of a solve at most
 constexpr double kLiveResolution = 1.0 / 64;  // of the load path
 constexpr int kSmall = 250;                   // elements: fine steps take no time
-// Of a live edit: factorizations and steps of the relaxation times elements, about 3 s of work.
+// For a live edit: factorizations and steps of the relaxation times elements, about 3 s of work.
 constexpr int kLiveFactorizations = 400000;
 constexpr int kLeastLiveFactorizations = 100;  // at least, for any number of elements
 constexpr int kLiveSteps = 10000000;           // steps times elements
 constexpr int kLeastLiveSteps = 6000;          // at least, for any number of elements
-// The same of any solve whose method is chosen: some 10 s, half a minute of 10,000 elements.
+// The same for any solve whose method is chosen: some 10 s, half a minute of 10,000 elements.
 constexpr int kFactorizations = 2500000;
 constexpr int kLeastFactorizations = 120;  // at least, for any number of elements
 constexpr int kSteps = 200000000;          // steps times elements

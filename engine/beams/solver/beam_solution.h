@@ -54,16 +54,16 @@ struct BeamSolveOptions {
   double first_load_step = 1;
   /// Relaxation hands over to Newton at this residual; in (0, 1).
   double hand_over = 2e-4;
-  /// Load steps of Newton's method are cut until the structure continues as it went in the step
-  /// before, but for this much turning [rad]; what no cutting makes smaller is a snap unless it
-  /// reverses. 0: not looked at but by kChoose, which then takes that of following(); in [0, 3].
+  /// Load steps of Newton's method are cut until the structure continues as in the step before, but
+  /// for this much turning [rad], in [0, 3]. A swerve that no cutting makes smaller is a snap
+  /// unless it reverses. With 0 only kChoose looks at swerves, and takes the value of following().
   double largest_swerve = 0;
-  /// Where steps are watched for swerves: share of the path to which the end of a branch is
-  /// located; in (0, 1]. A longer one takes less work.
+  /// If steps are watched for swerves: share of the path to which the end of a branch is located;
+  /// in (0, 1]. A longer one takes less work.
   double snap_resolution = kFineResolution;
   static constexpr double kFineResolution = 1.0 / 8192;  // of the load path
-  /// Of the stiffness, over all load steps: the solve ends at the last load step that this many
-  /// allow; 0: not limited, but by kChoose, which then takes a number by size; >= 0.
+  /// Factorizations over all load steps: the solve ends at the last load step that this many allow,
+  /// >= 0. A value of 0 is no limit, except for kChoose, which then takes a number by size.
   int factorizations = 0;
 
   /// Newton's method follows the branch of equilibria, and tells its snaps.
@@ -73,7 +73,7 @@ struct BeamSolveOptions {
   /// same on any machine.
   [[nodiscard]] static BeamSolveOptions live(int elements) noexcept;
 
-  /// What kChoose makes of them: no more factorizations and steps of the relaxation than suit the
+  /// The options of kChoose: no more factorizations and steps of the relaxation than suit the
   /// number of elements, so that large structures end, too.
   [[nodiscard]] BeamSolveOptions bounded_by_size(int elements) const noexcept;
 
@@ -90,8 +90,9 @@ struct BeamProgress {
 };
 using BeamObserver = std::function<void(const BeamProgress&)>;
 
-/// Where along the load path the branch of equilibria ended and the structure went to another, with
-/// a loss of energy: when loads are taken back it does not return. Buckling is continuous.
+/// Place along the load path where the branch of equilibria ended and the structure went to
+/// another, with a loss of energy. When loads are taken back it does not return. Buckling is
+/// continuous.
 struct BeamSnap {
   double load_factor = 0;
   double turn = 0;  // of a node, or of an element's chord, the largest [rad]
@@ -116,32 +117,33 @@ struct BeamReport {
   int relaxation_steps = 0;
   double residual = 0;     // largest scaled force or moment that is left
   double load_factor = 0;  // 1 where everything is on
-  /// Where a branch of equilibria was followed: share of loads and motions up to which one was
-  /// found, 1 where the answer is one. Below load_factor where the rest balances without being an
+  /// If a branch of equilibria was followed: share of loads and motions up to which one was found,
+  /// 1 where the answer is one. Below load_factor where the rest balances without being an
   /// equilibrium: elements too long to resolve it, or a mechanism.
   std::optional<double> equilibrium_share;
   double elastic_energy = 0;  // [force length]
-  /// Of the stiffness at the answer, those of rounding left out: 0 at a minimum. Under loads that
+  /// For the stiffness at the answer, those of rounding left out: 0 at a minimum. Under loads that
   /// follow, and moments of fixed direction on nodes that turn about several axes, directions that
-  /// diverge instead. None where the state is no equilibrium under all
-  /// loads and motions, at a mechanism, and where that is not judged.
+  /// diverge instead. None where the state is no equilibrium under all loads and motions, at a
+  /// mechanism, and where that is not judged.
   std::optional<int> negative_eigenvalues;
   int node = -1;        // that moves most freely (mechanism), buckles, or is worst balanced
   std::string message;  // a sentence for people
-  /// In order; what Newton's method saw where it followed the branch.
+  /// In order, as found by Newton's method where it followed the branch.
   std::vector<BeamSnap> snaps;
-  /// Share of loads and motions at which the followed branch first became unstable and continued in
-  /// another that begins there, to 1 %; none where it did not, or was not located.
+  /// Share of loads and motions, to 1 %, at which the followed branch first became unstable and
+  /// continued in another that begins there. It is empty if the branch did not, or if that was not
+  /// located.
   std::optional<double> buckling_share;
 
-  /// Of the answer; empty where there are none. Temporary loads choose the member of the family,
-  /// or else the smallest change.
+  /// Neutral directions of the answer; empty if there are none. Temporary loads choose the member
+  /// of the family, or else the smallest change.
   std::vector<BeamNeutralDirection> neutral_directions;
   /// Elements too long to show how they buckle by themselves, where shorter ones could not judge it
   /// or say that the answer is unstable.
   std::vector<int> unjudged_elements;
 
-  /// Balanced, but by elements too long for what they do: shorter ones would tell.
+  /// Balanced, but by elements too long for their deformation: shorter ones would tell.
   bool is_unresolved = false;
 
   [[nodiscard]] bool converged() const { return status == BeamStatus::kConverged; }

@@ -17,14 +17,14 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr double kFirstShare = 1e-3;  // of the loads: the state that is extrapolated
-// What rounding of the start, or a solve before, leaves of forces: far below the first share.
+// Forces that rounding of the start, or a solve before, leaves: far below the first share.
 constexpr double kUnloaded = 1e-6;
 constexpr double kTolerance = 1e-8;        // of the balance at that share
 constexpr int kMaxBalanceIterations = 20;  // Newton iterations of that solve at most
 constexpr double kMinCompressed =
     1e-6;  // share of the buckling load that is distinguished from rounding
 
-/// What compression takes from the stiffness, over the stiffness without it: the lowest quotient,
+/// Reduction of the stiffness by compression, over the stiffness without it: the lowest quotient,
 /// and the largest unknown of its direction. Nothing where factorization fails.
 struct BucklingMode {
   double quotient = 0;

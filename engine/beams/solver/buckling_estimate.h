@@ -31,7 +31,7 @@ inline constexpr double kMaxResolvedCompression = 2.5;
                                                                 const JobContext& context);
 
 /// Appends to the message of a solve that found no equilibrium at which share of the loads the
-/// structure buckles, and what to do.
+/// structure buckles, and a remedy.
 void explain_failure(const BeamStructure& structure, const BeamState& start, const LoadPath& path,
                      const JobContext& context, BeamReport& report);
 

@@ -12,8 +12,8 @@ namespace limber::beams::detail {
 /// "node 7 moves", "the start of element 3 turns".
 [[nodiscard]] std::string location_text(const BeamStructure& structure, int unknown);
 
-/// Status, node and message of a solve that ended so, by the largest unknown of what moves or is
-/// left; -1: none.
+/// Status, node and message of a solve that ended so, by the largest unknown of the direction that
+/// moves or is left; -1: none.
 void report_status(const BeamStructure& structure, BeamStatus status, int unknown,
                    BeamReport& report);
 
@@ -28,14 +28,14 @@ void report_neutral(const BeamStructure& structure, const BeamState& state,
 
 /// Is a balanced state a minimum? Changes the status of a report that says converged where it is a
 /// saddle (kUnstable) or something moves without resistance (kMechanism). Following loads, and
-/// moments of fixed direction on nodes that turn about several axes, have no potential: divergence
-/// is what counts, and the message says that it is all that is judged.
+/// moments of fixed direction on nodes that turn about several axes, have no potential. Divergence
+/// is then the only criterion, and the message says so.
 void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
              const BeamState& state, BeamReport& report);
 
-/// Changes the status of a report that says converged to kStalled where forces balance within
-/// tolerance and rounding, and a step of Newton's method would all the same turn something by more
-/// than NewtonSolver::kResolvedTurn: stiff parts hide what soft ones do. Not judged under loads
+/// Changes the status of a report that says converged to kStalled if forces balance within
+/// tolerance and rounding, but a Newton step would still turn something by more than
+/// NewtonSolver::kResolvedTurn. Stiff parts hide the motion of soft ones. Not judged under loads
 /// without a potential.
 void resolve(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
              const BeamState& state, double tolerance, BeamReport& report);

@@ -24,7 +24,7 @@ namespace limber::beams {
 
 namespace {
 
-// Of Newton's method, where the start is brought into balance without loads.
+// Newton's method that brings the start into balance without loads.
 constexpr double kToleranceOfStart = 1e-7;  // residual
 constexpr int kIterationsOfStart = 60;
 
@@ -130,8 +130,8 @@ struct Attempt {
 
   /// By Newton's method with temporary loads on to the end, in steps so small that the branch they
   /// lead to is not lost; then they fade. The relaxation's ramp is quicker than a push at one node
-  /// spreads over the structure, and long load steps jump: both may end on the other side. What the
-  /// whole structure moves by has nothing to do with that, and comes first.
+  /// spreads over the structure, and long load steps jump: both may end on the other side. Motion
+  /// of the whole structure is independent of that, and comes first.
   void pushed(BeamSolution& solution) const {
     const BeamSolveOptions careful = careful_options();
     solution.state = start;
@@ -163,7 +163,7 @@ struct Attempt {
 
   /// Against the push, or with elements folded by a load step that was too long.
   [[nodiscard]] bool went_astray(const BeamSolution& solution) const {
-    // Folded elements hide what resists beneath the rounding of their forces.
+    // Folded elements hide resistances below the rounding of their forces.
     const bool is_loose =
         solution.report.status == BeamStatus::kMechanism && solution.report.load_factor == 1;
     if (!path.nudged() || !(solution.report.converged() || is_loose)) return false;
@@ -186,7 +186,7 @@ struct Attempt {
       solution.report.message += "; it rests on the other side than temporary loads push to";
   }
 
-  /// In steps so short that the branch is kept, and what ends it is reported.
+  /// In steps so short that the branch is kept, and its end is reported.
   void followed(BeamSolution& solution) const {
     const BeamSolveOptions careful = careful_options();
     Attempt{structure, start, path, careful, context, observer}.newton(solution);
@@ -217,9 +217,8 @@ struct Attempt {
   }
 
   /// Long load steps may end on another branch, and say nothing: Newton's method follows the one
-  /// that begins where the structure was drawn. Where temporary loads choose among many
-  /// buckling modes, it loses its time at saddles that the relaxation never sees (limber-bench
-  /// beams).
+  /// that begins where the structure was drawn. If temporary loads choose among many buckling
+  /// modes, it loses its time at saddles that the relaxation never sees (limber-bench beams).
   void chosen(BeamSolution& solution) const {
     const bool relaxes_first = path.nudged() && options.largest_swerve == 0;
     if (relaxes_first)
@@ -255,8 +254,8 @@ struct Attempt {
     }
   }
 
-  /// A relaxation, and a push that is taken away, do not see what they jump over: an answer from
-  /// which the structure does not return to its start is on another branch.
+  /// A relaxation, and a push that is taken away, do not notice a jump: an answer from which the
+  /// structure does not return to its start is on another branch.
   void look_for_jump(BeamSolution& solution) const {
     using Outcome = detail::NewtonOutcome;
     const bool is_followed = options.method == BeamMethod::kNewton ||
@@ -267,7 +266,7 @@ struct Attempt {
     detail::NewtonSolver newton(structure, context);
     BeamState first = start;
     const Outcome outcome = newton.balance(first, plain, 0, kToleranceOfStart, kIterationsOfStart);
-    // Where the start balances nothing there is no branch that leads on from it.
+    // If the start balances nothing, no branch leads on from it.
     if (outcome != Outcome::kBalanced && outcome != Outcome::kMechanism) return;
     if (detail::reverses(structure, plain, newton, {first, 0}, {solution.state, 1})) return;
     const detail::Turn turn = detail::turn_between(structure, first, solution.state);
@@ -359,7 +358,7 @@ BeamSolution solve(const Attempt& attempt) {
     solution.report.status = BeamStatus::kUnstable;
     solution.report.message = "the solve diverged: positions are no longer finite";
   }
-  try {  // what is balanced stays so
+  try {  // a balanced state stays so
     attempt.look_for_jump(solution);
     doubt_elements(attempt, solution);
     if (attempt.options.finer_judgement == FinerJudgement::kAtOnce)

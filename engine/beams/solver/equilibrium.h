@@ -18,29 +18,28 @@ namespace limber::beams {
                                             const JobContext& context = {},
                                             const BeamObserver& observer = {});
 
-/// The same from a given state of the same structure (its unknowns as they are, held ones brought
-/// to where motions want them): for models whose loads or supports have changed a little.
+/// The same from a given state of the same structure, for models whose loads or supports have
+/// changed a little. Its unknowns are kept; held ones are brought to the values of their motions.
 [[nodiscard]] BeamSolution find_equilibrium_from(const BeamStructure& structure,
                                                  const BeamState& start,
                                                  const BeamSolveOptions& options = {},
                                                  const JobContext& context = {},
                                                  const BeamObserver& observer = {});
 
-/// What a node that is held has turned by.
+/// Rotation of a held node.
 struct HeldTurn {
   int node = 0;
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  // rotation vector from rest [rad], any size
 };
 
-/// Under what the state to begin at was found: an answer under the very same conditions is begun at
-/// as it is, so that it comes back to the last digit (start_shift() moves the others).
+/// Conditions under which the state to begin at was found. An answer under the very same conditions
+/// is begun at unchanged, so that it comes back to the last digit (start_shift() moves the others).
 enum class FoundUnder { kOtherConditions, kTheseConditions };
 
 /// Continues from a state of the same elements that was in balance with other loads, supports and
-/// motions. What keeps it in balance fades while what is
-/// held goes to where it shall be, so that the equilibria in between are a branch that begins at
-/// the state.
-/// @param turned  what prescribed rotations were there, for those of more than half a turn
+/// motions. The forces that keep it in balance fade while held nodes go to their targets. The
+/// equilibria in between are therefore a branch that begins at the state.
+/// @param turned  prescribed rotations there, for those of more than half a turn
 /// @throws Error as BeamSolveOptions::validate
 [[nodiscard]] BeamSolution follow_equilibrium(
     const BeamStructure& structure, const BeamState& start, const std::vector<HeldTurn>& turned,

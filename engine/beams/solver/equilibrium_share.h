@@ -8,15 +8,15 @@
 namespace limber::beams::detail {
 
 /// The share of a load path up to which there is an equilibrium: the last load step that ended at
-/// one, then bisection where a later step balances without being one (elements too long to resolve
-/// it, a mechanism, loads under which it diverges).
+/// one. If a later step balances without being one (elements too long to resolve it, a mechanism,
+/// loads under which it diverges), bisection follows.
 class EquilibriumShare {
  public:
   /// @param s  in [0, 1], where `start` is an equilibrium of the path
   EquilibriumShare(double s, const BeamState& start) : s_(s), state_(start) {}
 
   enum class Verdict { kEquilibrium, kNone };
-  /// Of a load step that ended at s, in the order of the path.
+  /// Records a load step that ended at s, in the order of the path.
   void record(double s, const BeamState& state, Verdict verdict);
 
   /// Balances the state at s. @returns whether that is an equilibrium

@@ -12,8 +12,8 @@
 
 namespace limber::beams::detail {
 
-/// The derivative of what is out of balance by the free unknowns, with what following loads add as
-/// their nodes turn: not symmetric.
+/// The derivative of the imbalance by the free unknowns, with the terms of following loads as their
+/// nodes turn: not symmetric.
 class FollowingTangent {
  public:
   explicit FollowingTangent(const BeamStructure& structure);

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kSameAttitude = 1e-6;  // [rad]
 
-/// Of the part of a rotation about one axis; of none at all where it is half a turn about another.
+/// Angle of the part of a rotation about one axis; zero if it is half a turn about another.
 double angle_about(int axis, const Quaterniond& q) { return 2 * std::atan2(q.vec()[axis], q.w()); }
 
 /// The rotation is the first times one about the axis: no component of the first is along it.

@@ -7,10 +7,10 @@
 
 namespace limber::beams::detail {
 
-/// What a node turns by about the axes that supports and motions hold, on its path from s = 0,
-/// where it is, to s = 1, where it shall be (see PrescribedMotion). A rotation is measured by its
-/// state alone: what free axes do along the path leaves nothing behind. About one axis that is held
-/// alone it is the twist that swing_and_twist() finds.
+/// Rotation of a node about the axes that supports and motions hold (see PrescribedMotion). Its
+/// path goes from s = 0, the present rotation, to s = 1, the target. A rotation is measured by its
+/// state alone: motion about free axes along the path leaves nothing behind. About one axis that is
+/// held alone it is the twist that swing_and_twist() finds.
 class HeldRotation {
  public:
   /// Nothing is held.
@@ -25,7 +25,7 @@ class HeldRotation {
                const Eigen::Quaterniond& start, const Eigen::Vector3d& target,
                const std::optional<Eigen::Vector3d>& known);
 
-  /// What is missing to s: spins about BeamStructure::spin_axes, zero where they are free [rad].
+  /// Remaining rotation to s: spins about BeamStructure::spin_axes, zero where they are free [rad].
   [[nodiscard]] Eigen::Vector3d spin(const Eigen::Quaterniond& rotation, double s) const;
 
   /// From s = 0 to 1 [rad].
@@ -34,7 +34,7 @@ class HeldRotation {
   [[nodiscard]] HeldRotation resting_at(double s) const;
 
  private:
-  /// Of two or three axes.
+  /// For two or three axes.
   [[nodiscard]] Eigen::Vector3d missing(const Eigen::Quaterniond& by_axes,
                                         const Eigen::Vector3d& target) const;
 
@@ -43,7 +43,7 @@ class HeldRotation {
   int count_ = 0;  // of axes that are held
   int axis_ = 0;   // the free one of two, or the one that is held alone
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
-  Eigen::Quaterniond base_ = Eigen::Quaterniond::Identity();  // of three: what vectors come after
+  Eigen::Quaterniond base_ = Eigen::Quaterniond::Identity();  // for three: base of the vectors
   Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();
 };
 

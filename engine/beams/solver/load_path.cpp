@@ -82,7 +82,7 @@ LoadPath LoadPath::following(const BeamStructure& structure, const BeamState& st
       elastic_gradient(structure, start) - load_vector(structure, path.last_, start);
   path.first_ = path.last_;
   for (int i = 0; i < structure.nodes(); ++i) {
-    // What is held gets from supports all that it needs.
+    // Held nodes get from supports all that they need.
     Eigen::Matrix<double, 6, 1> load = missing.segment<6>(6 * i);
     for (int k = 0; k < 6; ++k)
       if (structure.held()[index(6 * i + k)] != 0) load[k] = 0;
@@ -141,7 +141,7 @@ Eigen::Vector3d LoadPath::common_move() const {
       moved += axis.dot(h.to - h.from) * axis;
     }
   }
-  // Where nothing is held along a direction, nothing goes along it.
+  // If nothing is held along a direction, nothing goes along it.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
   Eigen::Vector3d common = Eigen::Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {

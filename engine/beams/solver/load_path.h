@@ -12,16 +12,16 @@ namespace limber::beams::detail {
 
 /// How loads, motions and temporary loads come on, by a parameter s in [0, 1].
 ///
-/// What is held goes from where it is to where it shall be: supports where they were drawn, motions
-/// at their end. Temporary loads fade with 1 - s.
+/// Held nodes go from their present places to their targets: supports to where they were drawn,
+/// motions to their end. Temporary loads fade with 1 - s.
 class LoadPath {
  public:
   /// Loads grow with s, from the state as drawn.
   [[nodiscard]] static LoadPath from_drawn(const BeamStructure& structure);
   /// Loads are on at once, temporary ones never.
   [[nodiscard]] static LoadPath at_once(const BeamStructure& structure, const BeamState& start);
-  /// Loads are on, and beside them fades what keeps the start in balance at s = 0: what loads were
-  /// before, and what supports gave that are no more.
+  /// Loads are on. The forces that keep the start in balance at s = 0 fade: loads from before, and
+  /// reactions of removed supports.
   [[nodiscard]] static LoadPath following(const BeamStructure& structure, const BeamState& start,
                                           const std::vector<HeldTurn>& turned);
 
@@ -47,11 +47,12 @@ class LoadPath {
   [[nodiscard]] bool varies() const { return varies_; }
   /// Largest angle that a held node turns by from s = 0 to 1 [rad].
   [[nodiscard]] double turn() const;
-  /// The translation that comes closest to how what is held goes: no deformation, nobody's side.
+  /// The translation that comes closest to the motion of held nodes: no deformation, no preferred
+  /// side.
   [[nodiscard]] Eigen::Vector3d common_move() const;
   [[nodiscard]] bool nudged() const { return nudged_; }
-  /// Of temporary loads, as they are at the start, from there to a state, beside what they do where
-  /// all that is held moves alike [force length]. Below 0: the structure went to the other
+  /// Work of temporary loads, as they are at the start, from there to a state [force length]. It is
+  /// relative to their work if all held nodes move alike. Below 0: the structure went to the other
   /// side.
   [[nodiscard]] double nudge_work(const BeamState& start, const BeamState& state) const;
 

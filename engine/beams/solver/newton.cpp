@@ -22,13 +22,14 @@ constexpr int kAfterFork = 4;       // iterations where forks are avoided
 constexpr double kSameSide = 1e-9;  // relative difference of energies that does not decide the side
 constexpr double kFirstOfFork = 1e-5;  // [rad]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// Of the softest bending, per weight: what is added to a stiffness that has neutral directions, so
-// that steps do not go along them. Steps in others are off by 1e-6 of their size at most.
+// Multiple of the softest bending, per weight: it is added to a stiffness that has neutral
+// directions, so that steps do not go along them. Steps in others are off by 1e-6 of their size at
+// most.
 constexpr double kNeutralShift = 1e-4;
-// Turn of a family of equilibria about its axis over the largest turn of a node or chord along it:
-// a flat arch between clamps turns about their line by its slope's inverse as much.
+// Turn of a family of equilibria about its axis over the largest turn of a node or chord along it.
+// A flat arch between clamps turns about their line by its slope's inverse as much.
 constexpr double kTurnOfFamily = 30;
-// Of what the material resists: what is left of it along a neutral direction, at most.
+// Share of the material's resistance that is left along a neutral direction, at most.
 constexpr double kCancelled = 1e-3;
 
 }  // namespace
@@ -76,8 +77,8 @@ NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state,
   if (!is_positive_) return Definiteness::kNotFinite;
   is_positive_ = regularization_ > 0 ? factor_regularized() : factor_at(0);
   if (is_positive_) return Definiteness::kPositive;
-  // Without what compression does, steps are sure and short: off the end of a branch the stiffness
-  // is but little below a positive one, and a shift as little leads on.
+  // Without the effects of compression, steps are sure and short. Off the end of a branch the
+  // stiffness is but little below a positive one, and a shift as little leads on.
   if (forks != Forks::kDescended) {
     stiffness_.assemble(state, Compression::kLeftOut);
     if (!stiffness_.matrix().coeffs().allFinite()) return Definiteness::kNotFinite;
@@ -184,8 +185,8 @@ bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
   return true;
 }
 
-/// By free unknowns, times squares: curvature that is nothing but rounding of what it is a sum of,
-/// or so small that any load would move it out of reach.
+/// By free unknowns, times squares: curvature that is only rounding of its summands, or so small
+/// that any load would move it out of reach.
 Eigen::VectorXd NewtonSolver::noise() const {
   const Eigen::VectorXd diagonal = stiffness_.matrix().diagonal();
   return 1e-7 * balance_.softest() * weights_ + 64 * kEpsilon * diagonal.cwiseAbs();
@@ -213,9 +214,9 @@ Eigen::VectorXd NewtonSolver::solved(const Eigen::VectorXd& right) const {
   return factor_.solve(right);
 }
 
-/// The size of v^T K v below which it is nothing but rounding, or but what is out of balance: along
-/// a curve of equal energy with the tangent v and the curvature w, v^T K v = - g . w. Of a rotation
-/// by an angle, w is as large as v times that angle at each node, and across it.
+/// The size of v^T K v below which it is only rounding, or only the imbalance. Along a curve of
+/// equal energy with the tangent v and the curvature w, v^T K v = - g . w. For a rotation by an
+/// angle, w is as large as v times that angle at each node, and across it.
 double NewtonSolver::allowance(const Eigen::VectorXd& direction, const Eigen::VectorXd& noise,
                                const Eigen::VectorXd& left) const {
   const double rounding = direction.dot(noise.cwiseProduct(direction));
@@ -270,8 +271,8 @@ NewtonSolver::Verdict NewtonSolver::judge_positive(const BeamState& state, const
   return result;
 }
 
-/// After factor_positive(state, loads). Where the stiffness is not positive definite the factor is
-/// that of another matrix that is: against it a direction is sought along which the stiffness is
+/// After factor_positive(state, loads). If the stiffness is not positive definite, the factor is
+/// that of another matrix that is. Against it a direction is sought along which the stiffness is
 /// negative.
 NewtonSolver::Verdict NewtonSolver::judge_factored(const BeamState& state, const NodeLoads& loads,
                                                    const Eigen::VectorXd& left) {

@@ -15,13 +15,13 @@ namespace limber::beams::detail {
 
 enum class NewtonOutcome {
   kBalanced,    // and the stiffness is positive definite
-  kTooFar,      // what is held would move too far at once
+  kTooFar,      // held nodes would move too far at once
   kMechanism,   // balanced, but something moves without resistance
   kNoProgress,  // no step lowers the potential or the residual, or numbers are not finite
   kLimit,       // of iterations
 };
 
-/// What a balance does where the stiffness ceases to be positive definite along its path.
+/// Treatment of a path along which the stiffness ceases to be positive definite.
 enum class Forks {
   kIgnored,    // nothing
   kTaken,      // buckles to the side that loads push to, little as it may be: sure close to a fork
@@ -31,16 +31,16 @@ enum class Forks {
 
 /// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
 ///
-/// Where the stiffness is not positive definite it is shifted until it is; balance there is a
-/// saddle, which is left along the direction that buckles most. Steps follow second-order curves,
-/// so that slender beams keep their lengths.
+/// A stiffness that is not positive definite is shifted until it is. Balance there is a saddle,
+/// which is left along the direction that buckles most. Steps follow second-order curves, so that
+/// slender beams keep their lengths.
 class NewtonSolver {
   enum class Definiteness { kPositive, kNot, kNotFinite };
 
  public:
   NewtonSolver(const BeamStructure& structure, const JobContext& context);
 
-  /// Balances a state with what path says at s.
+  /// Balances a state under the path at s.
   /// @param iterations  at most this many; the state is the best found in any case
   NewtonOutcome balance(BeamState& state, const LoadPath& path, double s, double tolerance,
                         int iterations, Forks forks = Forks::kIgnored);
@@ -48,7 +48,7 @@ class NewtonSolver {
   /// balance() ends with kLimit once so many factorizations are done, in all calls; 0: not limited.
   void limit_factorizations(int most) { most_factorizations_ = most; }
 
-  /// Where the last balance() ended.
+  /// End of the last balance().
   [[nodiscard]] const Imbalance& left() const { return left_; }
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] int factorizations() const { return factorizations_; }
@@ -67,7 +67,7 @@ class NewtonSolver {
     kSaddle,     // it is negative in a direction
     kNotFinite,
   };
-  /// What the stiffness at a state says; a direction that shows it, and its largest unknown: the
+  /// Verdict of the stiffness at a state; a direction that shows it, and its largest unknown: the
   /// softest one, or the one that buckles.
   struct Verdict {
     Stability stability = Stability::kNotFinite;
@@ -76,16 +76,16 @@ class NewtonSolver {
     Eigen::MatrixXd neutral;    // columns by all unknowns; see ZeroModes
   };
   /// By the inertia of the stiffness at this very state, with the potential of loads over elements.
-  /// What is out of balance there is forgiven: a neutral direction curves by as much.
+  /// The imbalance there is forgiven: a neutral direction curves by as much.
   [[nodiscard]] Verdict judge(const BeamState& state, const NodeLoads& loads);
-  /// Of the state that balance() ended at: those of its verdict.
+  /// For the state that balance() ended at: the directions of its verdict.
   [[nodiscard]] const Eigen::MatrixXd& neutral() const { return neutral_; }
   /// How far a step of Newton's method would still turn a balanced state [rad]; nothing where the
   /// stiffness is not positive definite.
   [[nodiscard]] std::optional<double> turn_left(const BeamState& state, const NodeLoads& loads);
   /// Above it, forces that balance within rounding are no equilibrium [rad].
   static constexpr double kResolvedTurn = 1e-3;
-  /// Of the stiffness at a state; those that are nothing but rounding do not count.
+  /// Count for the stiffness at a state; those of rounding alone do not count.
   [[nodiscard]] int negative_eigenvalues(const BeamState& state, const NodeLoads& loads);
 
  private:
@@ -93,7 +93,7 @@ class NewtonSolver {
                                Forks forks = Forks::kIgnored);
   bool factor_at(double shift);
   bool factor_regularized();
-  /// @param left  what is out of balance, by all unknowns; empty: nothing
+  /// @param left  imbalance, by all unknowns; empty: none
   [[nodiscard]] Verdict judge_factored(const BeamState& state, const NodeLoads& loads,
                                        const Eigen::VectorXd& left);
   [[nodiscard]] Verdict judge_positive(const BeamState& state, const NodeLoads& loads,
@@ -110,7 +110,7 @@ class NewtonSolver {
   [[nodiscard]] Eigen::VectorXd curvature(const BeamState& state, const NodeLoads& loads,
                                           const Eigen::VectorXd& residual,
                                           const Eigen::VectorXd& step);
-  /// A state on the curve of a step, and what is known there.
+  /// A state on the curve of a step, and its known data.
   struct Trial {
     BeamState state;
     double change = 0;  // of the potential
@@ -134,8 +134,9 @@ class NewtonSolver {
     double turn = std::numeric_limits<double>::infinity();  // that was left there [rad]
     BeamState state;
   };
-  /// Of a state that balances with rounding forgiven and is a minimum, with its factor at hand:
-  /// does rounding hide loads, so that another step gets nearer? Where none did, the best state.
+  /// For a state that balances with rounding forgiven and is a minimum, with its factor at hand:
+  /// does rounding hide loads, so that another step gets nearer? If none did, the state becomes the
+  /// best one.
   [[nodiscard]] bool is_hidden(const Eigen::VectorXd& residual, const NodeLoads& loads,
                                double tolerance, BeamState& state, Hidden& hidden) const;
   bool take_fork(BeamState& state, const NodeLoads& loads);

@@ -22,13 +22,13 @@ namespace limber::beams::detail {
 namespace {
 
 // Steps and other shares are shares of the load path, from 0 (as it was) to 1 (as requested).
-// Tolerances are residuals as of Balance. None of these numbers is known to have been tuned, except
-// where a comment says what was tried.
+// Tolerances are residuals as of Balance. No number here is known to have been tuned, unless a
+// comment tells of trials.
 
 constexpr double kSmallestStep = 1e-5;      // below it the path ends as stalled
 constexpr double kPassedTolerance = 1e-4;   // of states that are only passed
 constexpr int kIterationsOfStep = 60;       // of Newton's method, before a step is shortened
-constexpr double kMaxTurnOfLoadStep = 0.6;  // of what is held, in one load step [rad]
+constexpr double kMaxTurnOfLoadStep = 0.6;  // of held nodes, in one load step [rad]
 constexpr int kEasy = 8;                    // iterations: the next step may then be twice as long
 constexpr double kPassedToleranceWatched = 1e-7;  // of states that are compared with each other
 // Just behind a fold the forces that drive the structure away are too small for Newton's method to
@@ -43,7 +43,7 @@ constexpr double kMaxJumpDistanceShare = 1.0 / 64;  // distance from which a kno
 constexpr double kAfterJump = 1.0 / 16;             // first step after one
 constexpr int kIterationsDown = 50;  // of Newton's method, from the end of a branch down
 // Moments of fixed directions have no potential where nodes may turn about several axes: Newton's
-// method may circle for ever. Where so many steps in a row, each a quarter of the one before, end
+// method may circle for ever. If so many steps in a row, each a quarter of the one before, end
 // where the stiffness is not positive, there is nothing to fall to.
 constexpr int kFailuresOfMoments = 5;
 constexpr double kLeastBucklingShare = 1e-7;
@@ -75,12 +75,12 @@ class Follower {
   }
 
   /// A path that begins at one of a family of equilibria does not wander along the family: Newton's
-  /// method is told its directions before anything is out of balance.
+  /// method gets its directions before anything is out of balance.
   void begin_in_family() {
     if (s_ < 1 && carries_forces(structure_, state_)) (void)newton_.judge(state_, path_.loads(s_));
   }
 
-  /// Temporary loads bend what is straight before motions press on it.
+  /// Temporary loads bend straight parts before motions press on them.
   void nudge(const BeamObserver& observer) {
     if (!path_.nudged() || s_ > 0) return;
     newton_.balance(state_, path_, 0, kPassedTolerance, kIterationsOfStep);
@@ -156,7 +156,7 @@ class Follower {
   }
 
  private:
-  /// Of a balanced state whose stiffness is positive definite.
+  /// Verdict on a balanced state whose stiffness is positive definite.
   [[nodiscard]] EquilibriumShare::Verdict verdict_on(double s, const BeamState& state,
                                                      const JobContext& context) const {
     using Verdict = EquilibriumShare::Verdict;
@@ -187,7 +187,7 @@ class Follower {
     return outcome;
   }
 
-  /// Did the structure buckle on a step that went where nothing before it led to? So long a step
+  /// Did the structure buckle on a step that went where nothing before it led to? A step that long
   /// may choose any side.
   [[nodiscard]] bool is_fork(const BeamState& trial, double next, NewtonOutcome outcome) const {
     if (!approaches_forks_ || !newton_.has_forked() || outcome == NewtonOutcome::kMechanism)
@@ -204,7 +204,7 @@ class Follower {
     StepWatch::Verdict verdict;
     Eigen::MatrixXd neutral;
   };
-  /// What the last balance() led to.
+  /// Step to the result of the last balance().
   [[nodiscard]] Step step_to(const BeamState& state, double s, NewtonOutcome outcome,
                              const StepWatch::Verdict& verdict) const {
     return {state, s, newton_.left().scaled, outcome, verdict, newton_.neutral()};
@@ -277,7 +277,7 @@ class Follower {
     return true;
   }
 
-  /// Of a step that is no jump and left a saddle: bisects to where the branch ceases to be stable.
+  /// For a step that is no jump and left a saddle: bisects to where the branch ceases to be stable.
   void locate_buckling(double next) {
     if (report_.buckling_share) return;
     BeamState stable = state_;
@@ -306,7 +306,7 @@ class Follower {
   }
 
   /// A step that turned by more than the branch led to, or that was not watched and may have left a
-  /// saddle, is a snap unless it reverses. One without length balances what a relaxation left,
+  /// saddle, is a snap unless it reverses. One without length balances the result of a relaxation,
   /// which is no equilibrium.
   void record_jump(const Step& step) {
     if (step.s > s_ && !reverses(structure_, path_, newton_, {state_, s_}, {step.state, step.s}))
@@ -388,7 +388,7 @@ class Follower {
     return true;
   }
 
-  /// What is turned further would let a turn slip through, and balance with less torque.
+  /// An element that is turned further would let a turn slip through, and balance with less torque.
   bool end_twisted(const ElementTwist& twist) {
     report_.status = BeamStatus::kUnstable;
     report_.is_unresolved = true;
@@ -400,7 +400,7 @@ class Follower {
     return false;
   }
 
-  /// What balances further on is a saddle, or the stiffness is not positive there.
+  /// Any balance further on is a saddle, or the stiffness is not positive there.
   bool end_unstable() {
     const bool at_saddle = newton_.saddles() > 0;
     const int unknown = at_saddle ? newton_.saddle_unknown() : newton_.left().unknown;
@@ -458,9 +458,9 @@ class Follower {
   std::optional<Step> jump_;   // the last one that went too far
   bool may_leap_ = true;       // none has failed
   int failures_ = 0;           // of the balance, since the last step that was taken
-  int unstable_failures_ = 0;  // steps in a row that led to what is not stable
+  int unstable_failures_ = 0;  // steps in a row that led to unstable states
   bool approaches_forks_;      // the step before was stable throughout
-  const bool has_moments_;     // of fixed direction, on what may turn about several axes
+  const bool has_moments_;     // of fixed direction, on nodes that may turn about several axes
   EquilibriumShare share_;
   double s_;
   double step_ = 1;

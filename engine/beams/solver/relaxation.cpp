@@ -11,7 +11,7 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr int kStepsOfMasses = 10;          // until they are computed anew
-constexpr double kMassFactor = 0.3;         // of the bounds; above 1/4 by what a few steps change
+constexpr double kMassFactor = 0.3;         // of the bounds; above 1/4 by the change in a few steps
 constexpr double kLargestTurnOfStep = 0.2;  // of a step [rad]
 
 [[gnu::always_inline]] inline void multiply(const double m[6], const double v[3], double out[3]) {
@@ -37,7 +37,7 @@ void write(const Eigen::Matrix3d& m, double out[6]) {
   multiply(m, before, v);
 }
 
-/// Inverse of a mass on the span of the columns of `free`; what is held stays.
+/// Inverse of a mass on the span of the columns of `free`; held directions stay.
 void invert(Eigen::Matrix3d mass, const Eigen::Matrix3d& free, double out[6]) {
   if (!(mass.trace() > 0)) {
     std::fill(out, out + 6, 0.0);  // nothing acts on it either
@@ -225,7 +225,7 @@ void Relaxation::gather_masses() {
       const int node = end == ElementEnd::kStart ? element.start : element.finish;
       translation[index(node)] += symmetric(t);
       const int released = structure_.released(e, end);
-      // The end turns by the sum of what the node and the hinge do: each may take half.
+      // The end turns by the sum of node and hinge: each may take half.
       rotation[index(node)] += (released < 0 ? 1 : 2) * symmetric(r);
       if (released < 0) continue;
       Hinge& hinge = hinges_[index(released)];
@@ -294,7 +294,7 @@ void Relaxation::accelerate() {
     Row& row = rows_[index(i)];
     double force[3], moment[3];
     out_of_balance(i, force, moment);
-    // Rounding of mobilities lets what is held creep: the forces that hold it would do work, and
+    // Rounding of mobilities lets held nodes creep. The forces that hold them would do work, and
     // hide from the sum of powers when it passes zero.
     if (row.held >= 0) {
       project(held_[index(row.held)].translation, force);

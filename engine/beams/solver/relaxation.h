@@ -9,15 +9,15 @@ namespace limber::beams::detail {
 
 enum class ElementKernel {
   kVector,  // several elements at once
-  kPlain,   // one after the other: what the other is measured against
+  kPlain,   // one after the other: reference for the other
 };
 
-/// A structure as masses that move under what is out of balance, one step of unit time at a time,
-/// until they rest: kinetic damping stops all of them whenever their energy has passed a maximum.
+/// A structure as masses that move under the imbalance, one step of unit time at a time, until they
+/// rest. Kinetic damping stops all of them whenever their energy has passed a maximum.
 ///
-/// Masses are a 3 x 3 matrix for the translation and one for the rotation of each node, a quarter
-/// of an upper bound of the stiffness at the present state: stable for any unit, stiffness and
-/// slenderness. Energy is that of translations and rotations.
+/// Masses are a 3 x 3 matrix for the translation and one for the rotation of each node. They are a
+/// quarter of an upper bound of the stiffness at the present state: stable for any unit, stiffness
+/// and slenderness. Energy is that of translations and rotations.
 class Relaxation {
  public:
   Relaxation(const BeamStructure& structure, const BeamState& start,
@@ -25,14 +25,14 @@ class Relaxation {
 
   /// Loads from now on.
   void set_loads(const NodeLoads& loads);
-  /// Brings what is held to where the path has it at s.
+  /// Brings held nodes to their places on the path at s.
   void drive(const LoadPath& path, double s);
   /// One step.
   void step();
   [[nodiscard]] BeamState state() const;
 
-  /// What was out of balance at the last step, by unknowns of the structure (held ones too), and
-  /// the largest force and moment at ends of elements.
+  /// Imbalance at the last step, by unknowns of the structure (held ones too), and the largest
+  /// force and moment at ends of elements.
   struct Residual {
     Eigen::VectorXd unbalanced;
     double present_force = 0, present_moment = 0;

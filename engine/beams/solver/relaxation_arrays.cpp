@@ -123,7 +123,7 @@ RelaxationElements::RelaxationElements(const BeamStructure& structure)
       constants_(kConstantRows, batches_) {
   slot_.resize(static_cast<std::size_t>(2 * batches_ * kLanes));
   for (int i = 0; i < batches_ * kLanes; ++i) {
-    // The last batch is filled up with the last element; nobody reads those answers.
+    // The last batch is filled up with the last element; those results are not used.
     const int e = std::min(i, structure.elements() - 1);
     const ElementConstants<double>& k = structure.constants(e);
     const Eigen::Quaterniond rest(structure.rest_axes(e));

@@ -37,14 +37,14 @@ class LaneRows {
   std::vector<double> values_;
 };
 
-/// Where an end of an element is: a position and a rotation. Nodes come first, then released ends.
+/// Frame at an end of an element: a position and a rotation. Nodes come first, then released ends.
 struct FrameSlot {
   double position[3];
   double rotation[4];  // quaternion w, x, y, z
   double unused = 0;
 };
 
-/// What the kernel writes for each element.
+/// Outputs of the kernel for each element.
 enum ResponseRow {
   kForce = 0,         // on the finish, 3
   kStartMoment = 3,   // 3
@@ -53,9 +53,8 @@ enum ResponseRow {
   kResponseRows = 10
 };
 
-/// What fictitious masses are made of: upper bounds of an element's stiffness at each of its ends,
-/// as symmetric matrices (xx, yx, yy, zx, zy, zz).
-/// Behind them the chord that they were computed at.
+/// Data of fictitious masses: upper bounds of an element's stiffness at each of its ends, as
+/// symmetric matrices (xx, yx, yy, zx, zy, zz). Behind them the chord that they were computed at.
 enum BoundRow { kTranslation = 0, kRotation = 6, kBoundRows = 12, kChord = 12, kAllBoundRows = 15 };
 
 /// All elements of a structure, for kernels.

@@ -1,4 +1,4 @@
-// What is read off a relaxation between its steps.
+// Measures of a relaxation between its steps.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

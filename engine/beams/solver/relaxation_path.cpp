@@ -23,10 +23,10 @@ constexpr double kMaxPressure = 0.05;       // of elements during the ramp, see 
 constexpr double kMaxBend = 0.5;            // the same, see Relaxation::bend
 constexpr double kSlowest = 0.05;           // of the ramp's pace
 constexpr double kFarAway = 1e3;            // extents
-constexpr double kMaxTurnOfRampStep = 0.1;  // of what is held, in one step of the ramp [rad]
+constexpr double kMaxTurnOfRampStep = 0.1;  // of held nodes, in one step of the ramp [rad]
 constexpr int kStepsBetweenTwists = 5;      // each turns nodes by at most 0.2 rad
 
-/// One run of the relaxation, with what it tells its caller.
+/// One run of the relaxation, with its reports to the caller.
 class Run {
  public:
   Run(const BeamStructure& structure, const LoadPath& path, const BeamSolveOptions& options,

@@ -68,7 +68,7 @@ bool leads_back(const BeamStructure& structure, const LoadPath& path, NewtonSolv
 
 bool reverses(const BeamStructure& structure, const LoadPath& path, NewtonSolver& newton,
               const PathPlace& from, const PathPlace& to) {
-  // Newton's method is told of neutral directions before anything is out of balance.
+  // Newton's method gets neutral directions before anything is out of balance.
   (void)newton.judge(to.state, path.loads(to.s));
   // Near a limit point a long step may throw the structure to the other side.
   return leads_back(structure, path, newton, from, to, 1) ||

@@ -13,9 +13,9 @@ struct PathPlace {
 
 /// Does the structure return to `from` where loads and motions are taken back from `to`, further
 /// along the path? A snap releases energy at a constant load and does not reverse. Buckling does:
-/// the buckled branch begins at the straight one with an amplitude of zero. So does a part without
-/// stiffness at `from`, as a slack cable under its first load. States with the same forces in every
-/// element are equal: members of a family of neutral equilibria, and mirror images.
+/// the buckled branch begins at the straight one with an amplitude of zero. A part without
+/// stiffness at `from` also reverses, as a slack cable under its first load. States with the same
+/// forces in every element are equal: members of a family of neutral equilibria, and mirror images.
 /// @returns false, too, where Newton's method finds no balance on the path back
 [[nodiscard]] bool reverses(const BeamStructure& structure, const LoadPath& path,
                             NewtonSolver& newton, const PathPlace& from, const PathPlace& to);

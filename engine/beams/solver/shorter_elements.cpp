@@ -20,7 +20,7 @@ namespace limber::beams::detail {
 namespace {
 
 // Compression N L^2 / EI and twist [rad] of an element up to which it buckles late by 0.2 % at
-// most, and those of the parts that it is cut into. Bending counts as compression.
+// most; then those of the parts that it is cut into. Bending counts as compression.
 constexpr double kVisibleCompression = 0.9, kCompressionOfPart = 0.4;
 constexpr double kVisibleTwist = 0.15, kTwistOfPart = 0.1;
 constexpr int kMaxPartsOfElement = 16;    // of an element
@@ -34,7 +34,7 @@ int parts_for(double size, double of_part) {
   return static_cast<int>(std::clamp(std::ceil(size / of_part), 2.0, double{kMaxPartsOfElement}));
 }
 
-/// What bending about the stiff axis does to the weak one, as a compression N L^2 / EI: lateral
+/// Effect of bending about the stiff axis on the weak one, as a compression N L^2 / EI. Lateral
 /// buckling has EI u'' + M^2 / GJ u = 0 (Timoshenko and Gere, Theory of Elastic Stability, ch. 6).
 /// Round and square sections are as stiff about both axes and do not buckle so.
 double compression_by_bending(const BeamSection& section, const ElementExtremes& extremes,

@@ -9,7 +9,7 @@
 
 namespace limber::beams::detail {
 
-/// What shorter elements say of a balanced state that its own elements call stable.
+/// Judgement by shorter elements of a balanced state that its own elements call stable.
 struct ShorterElements {
   enum class Result {
     kStable,

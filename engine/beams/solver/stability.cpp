@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMaxSteps = 120;                 // Lanczos steps at most
 constexpr int kLanczosStepsBetweenChecks = 5;  // of the residual
-// Of the quotient of a direction that is taken: what its residual may be.
+// Largest residual of an accepted direction, as a share of its quotient.
 constexpr double kSharpEnough = 1e-2;
 constexpr int kRounds = 4;            // factorizations at most, each with more noise added
 constexpr double kExhausted = 1e-12;  // of a new direction: it is a combination of the old ones
@@ -58,7 +58,7 @@ class KrylovSpace {
     CurvedDirection found;
     double residual = 0;
   };
-  /// Of all steps that were done.
+  /// Lowest of all steps that were done.
   [[nodiscard]] Ritz lowest() const {
     const Eigen::Index n = steps_done_;
     const SymmetricEigen small(diagonal_.head(n), beside_.head(n - 1));

@@ -16,15 +16,15 @@ struct CurvedDirection {
 
 /// The direction of the smallest quotient of A over B: Lanczos' method on B^-1 A.
 ///
-/// A and B have the same signs of eigenvalues, B being positive definite. With the stiffness for A,
-/// and for B the same without compression, quotients are 1 where nothing is pressed and 1 - p where
-/// a part carries p times its buckling load: the lowest stand apart, however much softer other
-/// parts are that carry nothing.
+/// A and B have the same signs of eigenvalues, B being positive definite. Take the stiffness for A,
+/// and the same without compression for B. Quotients are then 1 where nothing is pressed and 1 - p
+/// where a part carries p times its buckling load. The lowest stand apart, however much softer
+/// other parts are that carry nothing.
 ///
 /// Quotients are at least the smallest one; below zero they prove that A is not positive definite.
 /// @param lower  lower triangle of A
 /// @param factor  of B
-/// @param weights  positive; what the directions that the search begins with are scaled by
+/// @param weights  positive; scales of the directions with which the search begins
 [[nodiscard]] CurvedDirection lowest_quotient(const Eigen::SparseMatrix<double>& lower,
                                               const SparseCholesky& factor,
                                               const Eigen::VectorXd& weights,
@@ -36,7 +36,7 @@ struct Inertia {
   Eigen::VectorXd direction;  // along which the stiffness is negative; empty where there is none
 };
 /// @param lower  lower triangle
-/// @param noise  what is added to the diagonal, so that zeros are not taken for negative
+/// @param noise  added to the diagonal, so that zeros are not taken for negative
 [[nodiscard]] Inertia inertia_of(const Eigen::SparseMatrix<double>& lower,
                                  const Eigen::VectorXd& noise, const JobContext& context);
 

@@ -16,8 +16,8 @@ constexpr double kSame = 0.75;
 constexpr double kShortEnough = 1.0 / 256;  // of the path: longer steps are not judged as jumps
 // Smaller shapes than the largest swerve turn over, too: close to where a structure buckles.
 constexpr double kShortestBack = 1e-6;
-constexpr double kSurprise = 0.5;  // of what the step before leads to
-constexpr double kBack = -0.5;     // cosine between what two steps make
+constexpr double kSurprise = 0.5;  // of the motion that the step before predicts
+constexpr double kBack = -0.5;     // cosine between the motions of two steps
 constexpr double kClear = 2;       // of the largest swerve: less may be a bend that is steep
 
 Eigen::Vector3d rotation_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {

@@ -14,15 +14,17 @@ struct Turn {
 [[nodiscard]] Turn turn_between(const BeamStructure& structure, const BeamState& from,
                                 const BeamState& to);
 
-/// Checks whether load steps continue as the one before went: what distinguishes the followed
+/// Checks whether load steps continue as the one before went, which distinguishes the followed
 /// branch from another that Newton's method may land on.
 ///
-/// On a branch, what a step swerves from straight on goes with the square of its length, close to a
-/// fold with the root; where the branch is left it stays what it is however short the step.
+/// On a branch, the swerve of a step from a straight line goes with the square of its length, close
+/// to a fold with the root. If the branch is left, the swerve stays the same however short the
+/// step.
 class StepWatch {
  public:
   /// @param largest_swerve  of a step that is taken [rad], > 0
-  /// @param shortest  steps are not cut below it: what such a step does not make small is a jump
+  /// @param shortest  steps are not cut below it: a swerve that such a step does not make small is
+  ///                  a jump
   StepWatch(const BeamStructure& structure, double largest_swerve, double shortest)
       : structure_(structure), largest_(largest_swerve), shortest_(shortest) {}
 
@@ -31,7 +33,7 @@ class StepWatch {
     kTooFar,     // once more, shorter
     kJump,       // to another branch, by a snap or a fork; the next step is a first one
   };
-  /// Of a step from s to `next`, shares of the path.
+  /// Judges a step from s to `next`, shares of the path.
   [[nodiscard]] Judgement judge(const BeamState& from, const BeamState& to, double s, double next);
   /// Does a step go elsewhere than the one before leads to? A first one always does.
   [[nodiscard]] bool surprises(const BeamState& from, const BeamState& to, double step) const;
@@ -43,9 +45,9 @@ class StepWatch {
     double turn = 0;    // the largest [rad]
     int node = -1;      // where the swerve is
   };
-  /// Of a step that is not judged.
+  /// Verdict on a step that is not judged.
   [[nodiscard]] Verdict look(const BeamState& from, const BeamState& to, double step) const;
-  /// What the last step judged did.
+  /// Verdict on the last step that was judged.
   [[nodiscard]] const Verdict& verdict() const { return verdict_; }
   /// By which the next step may be longer, or must be shorter, than the last one judged.
   [[nodiscard]] double factor() const { return factor_; }

@@ -12,7 +12,7 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr Eigen::Index kMaxTaut = 1000;  // n^2 numbers, and as many solutions as cables
-// Of the energy of cables: what is softer holds nothing.
+// Share of the energy of cables: softer parts hold nothing.
 constexpr double kNothing = 1e-12;
 
 /// Derivatives of a cable's stretch: rows of free unknowns with their values.

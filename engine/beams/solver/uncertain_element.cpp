@@ -13,8 +13,8 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr double kQuarterTurn = std::numbers::pi / 2;  // [rad]
-// Of the force at which an element buckles. Public structures whose rims are brought in at once
-// stay below; a straight column that nothing pushes aside does not.
+// Share of the force at which an element buckles. Public structures whose rims are brought in at
+// once stay below; a straight column that nothing pushes aside does not.
 constexpr double kHopeless = 2;
 constexpr double kVisiblyOff = 0.005;  // of a torque: at a twist of 1.25 rad
 
@@ -31,13 +31,14 @@ double bend_of(const BeamStructure& structure, const BeamState& state, int eleme
   return largest;
 }
 
-/// How far an element is from what it stands for, by what makes it doubtful; above 1 it is.
+/// Distance of an element from the beam that it stands for, by the measure that makes it doubtful;
+/// above 1 it is.
 struct Uncertainty {
   double size = 0;
   bool hopeless = false;
   int element = -1;
   enum class Of { kPressure, kBend, kTwist } of = Of::kPressure;
-  double measure = 0;  // times what it buckles at, or [rad]
+  double measure = 0;  // times its buckling load, or [rad]
   double off = 0;      // share of a torque
 
   [[nodiscard]] bool is_worse_than(const Uncertainty& other) const {

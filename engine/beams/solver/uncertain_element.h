@@ -16,10 +16,11 @@ struct UncertainElement {
   std::string message;  // a sentence for people
 };
 
-/// The worst of the elements that are pressed beyond what they buckle at by themselves, independent
-/// of their ends do (4 pi^2 EI / L^2), whose ends have turned a quarter round against their chord,
-/// or are twisted against each other by more than 1.25 rad. Nodes cannot show how such an element
-/// buckles, bends or twists: that is no equilibrium of the beam.
+/// The worst of the doubtful elements. An element is doubtful if it is pressed beyond its own
+/// buckling load whatever its ends do (4 pi^2 EI / L^2). It is doubtful too if its ends have turned
+/// a quarter round against its chord, or are twisted against each other by more than 1.25 rad.
+/// Nodes cannot show how such an element buckles, bends or twists: that is no equilibrium of the
+/// beam.
 [[nodiscard]] std::optional<UncertainElement> find_uncertain_element(const BeamStructure& structure,
                                                                      const BeamState& state);
 

@@ -14,8 +14,8 @@ constexpr int kMaxInverseIterations = 40;
 constexpr int kLeastInverseIterations = 4;
 constexpr double kSettledChange = 1e-3;      // relative change of a value that has settled
 constexpr double kFarBelowAllowance = 1e-2;  // of the allowance: settles no further
-// Of what is nothing but rounding: above it the material resists. What stresses take from an arch
-// is some 1e9 times the rounding, what a mechanism's motion leaves is below it.
+// Multiple of pure rounding: above it the material resists. Stresses take from an arch some 1e9
+// times the rounding; a mechanism's motion leaves less than the rounding.
 constexpr double kMaterialResists = 100;
 constexpr double kOfNoMove = 1e-6;  // of the largest turn, times the extent: none at all
 

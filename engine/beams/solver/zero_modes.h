@@ -26,12 +26,12 @@ inline constexpr int kMaxZeroModes = 24;
     const Stiffness& stiffness, const SparseCholesky& factor, const Eigen::VectorXd& weights,
     const std::function<double(const Eigen::VectorXd&)>& allowance, const JobContext& context);
 
-/// Zero modes by what the material does along them.
+/// Zero modes by the resistance of the material along them.
 struct ZeroModes {
   /// It does not resist: a mechanism.
   Eigen::MatrixXd loose;
-  /// It resists, and the forces that the structure carries take back exactly as much: the state is
-  /// one of a family of equilibria, such as the planes of an arch of a round rod.
+  /// The material resists, and the forces that the structure carries take back exactly as much. The
+  /// state is one of a family of equilibria, such as the planes of an arch of a round rod.
   Eigen::MatrixXd neutral;
   Eigen::VectorXd resistance;  // per neutral direction v: v^T K v of the material alone
 };
@@ -44,7 +44,7 @@ struct ZeroModes {
 
 /// @param zero  columns by free unknowns
 /// @param material  stiffness of the same structure, assembled with all forces left out
-/// @param noise  diagonal by free unknowns: what is nothing but rounding
+/// @param noise  diagonal by free unknowns: pure rounding
 [[nodiscard]] ZeroModes sorted_by_material(const Eigen::MatrixXd& zero, const Stiffness& material,
                                            const Eigen::VectorXd& noise);
 

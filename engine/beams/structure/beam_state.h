@@ -8,8 +8,8 @@
 
 namespace limber::beams {
 
-/// Where the nodes are and how they have turned. Rotations are composed, never added, so that no
-/// attitude is special.
+/// Positions and rotations of the nodes. Rotations are composed, never added, so that no attitude
+/// is special.
 struct BeamState {
   Eigen::Matrix3Xd positions;                   // a column per node [length]
   std::vector<Eigen::Quaterniond> rotations;    // per node, from rest; of unit norm

@@ -23,12 +23,12 @@ struct ReleasedEnd {
   int unknown = 0;       // first of its unknowns
 };
 
-/// A model made ready for computing: constants of elements, and who has which unknown.
+/// A model prepared for computing: constants of elements, and the unknowns of each node.
 ///
 /// Unknowns are increments from a state, 6 * node + axis: translation along, then spin about the
-/// axes of the node's support (its motion's where there is none, global ones where neither is);
-/// then one angle per released rotation. Where a node is held about one axis alone, spins are about
-/// axes that go along with half of its swing (spin_axes). Immutable; may be read from several
+/// axes of the node's support. Without a support these are its motion's axes; with neither, global
+/// ones. One angle per released rotation follows. If a node is held about one axis alone, spins are
+/// about axes that go along with half of its swing (spin_axes). Immutable; may be read from several
 /// threads.
 class BeamStructure {
  public:
@@ -52,11 +52,11 @@ class BeamStructure {
   [[nodiscard]] int released(int element, ElementEnd end) const {
     return released_of_[static_cast<std::size_t>(element)][static_cast<std::size_t>(end)];
   }
-  /// Columns: the axes of a node's translations, and of what supports and motions say of it.
+  /// Columns: the axes of a node's translations, and of its supports and motions.
   [[nodiscard]] const Eigen::Matrix3d& node_axes(int node) const {
     return node_axes_[static_cast<std::size_t>(node)];
   }
-  /// Of a node that is held about one axis alone.
+  /// For a node that is held about one axis alone.
   struct Swing {
     int axis = -1;     // which one; -1: the node is held about none, or about several
     double twist = 0;  // that it is brought to [rad]
@@ -67,9 +67,9 @@ class BeamStructure {
   /// Is a node held about one axis alone, and has it swung by half a turn across it? There any roll
   /// about that axis is free.
   [[nodiscard]] bool has_swung_by_half_a_turn(const BeamState& state, int node) const;
-  /// Columns: the axes of a node's spins, with its rotation from rest. Those of its translations;
-  /// of a node that is held about one axis alone turned by half of its swing, so that a spin about
-  /// the two that are free keeps its twist about the one that is held.
+  /// Columns: the axes of a node's spins, with its rotation from rest. They are those of its
+  /// translations. At a node held about one axis alone they are turned by half of its swing: a spin
+  /// about the two free axes then keeps its twist about the held one.
   [[nodiscard]] Eigen::Matrix3d spin_axes(int node, const Eigen::Quaterniond& rotation) const;
   /// A motion of the model.
   [[nodiscard]] PrescribedMotion motion_by_node_axes(const PrescribedMotion& motion) const;

@@ -18,7 +18,7 @@ struct BeamEnergies {
 
 [[nodiscard]] BeamEnergies elastic_energies(const BeamStructure& structure, const BeamState& state);
 
-/// Is anything strained, beyond what rounding leaves?
+/// Is anything strained beyond rounding?
 [[nodiscard]] bool carries_forces(const BeamStructure& structure, const BeamState& state);
 
 /// dU by all unknowns, held ones too.
@@ -46,8 +46,8 @@ class Stiffness {
   [[nodiscard]] const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
   /// matrix * v, by both triangles.
   [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& v) const;
-  /// What increments of held unknowns (a vector over all of them; free entries are not read) do to
-  /// the gradient at free ones.
+  /// Change of the gradient at free unknowns by increments of held ones (a vector over all of them;
+  /// free entries are not read).
   [[nodiscard]] Eigen::VectorXd from_held(const Eigen::VectorXd& increments) const;
 
   [[nodiscard]] Eigen::VectorXd restricted(const Eigen::VectorXd& all) const;

@@ -31,7 +31,7 @@ bool is_plain(const BeamStructure& structure, int element) {
   return true;
 }
 
-/// What the element's twelve do when its unknowns change.
+/// Changes of the element's twelve numbers when its unknowns change.
 Transform transform(const BeamStructure& structure, const BeamState& state, int element,
                     int count) {
   Transform t = Transform::Zero(12, count);

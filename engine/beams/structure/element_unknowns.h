@@ -23,11 +23,12 @@ struct ElementUnknowns {
 
 [[nodiscard]] LocalVector local_gradient(const BeamStructure& structure, const BeamState& state,
                                          int element);
-/// Adds what forces and moments on the twelve of an element are on the unknowns of the structure.
+/// Adds forces and moments on the twelve numbers of an element to the unknowns of the structure.
 void add_to_unknowns(const BeamStructure& structure, const BeamState& state, int element,
                      const ElementVector& forces, Eigen::VectorXd& sum);
 
-/// Of a load over an element: forces on its twelve, and the second derivatives of its potential.
+/// A load over an element: forces on its twelve numbers, and the second derivatives of its
+/// potential.
 struct LocalLoad {
   ElementVector forces;
   ElementMatrix hessian;

@@ -16,7 +16,7 @@ void add(const std::vector<NodalLoad>& loads, NodeLoads& sum) {
   }
 }
 
-/// Of an end that does not pass a force on, the other one carries it; of two neither does.
+/// If an end does not pass a force on, the other one carries it; if both do not, neither does.
 Carrier carrier_of(const BeamElement& element, std::size_t axis) {
   const bool start = element.start_release.forces[axis];
   if (start == element.finish_release.forces[axis]) return Carrier::kBoth;

@@ -9,7 +9,7 @@
 namespace limber::beams {
 
 /// Elements of a structure cut into equal parts. Parts of an element follow each other in the cut
-/// model, from its start to its finish, elements in their order; nodes between them come after all
+/// model, from its start to its finish, elements in their order. Nodes between them come after all
 /// nodes of the structure, and hinged ends are the same in the same order.
 class Subdivision {
  public:
@@ -54,13 +54,13 @@ class Subdivision {
   int nodes_ = 0;                               // of the structure
 };
 
-/// The model whose elements are parts of the model's: the same sections, and rest shape (a part of
-/// the rest length, the same curvature, axis 3 as the whole element has it). Loads over elements
-/// are over their parts. Where nothing is cut it is the model.
+/// The model whose elements are parts of the model's. Sections are the same, and so is the rest
+/// shape (a part of the rest length, the same curvature, axis 3 as the whole element has it). Loads
+/// over elements are over their parts. If nothing is cut, it is the model itself.
 [[nodiscard]] BeamModel cut_model(const BeamModel& model, const Subdivision& subdivision);
 
-/// A state of a cut structure as one of another cut of the same structure: what both have is the
-/// same, nodes in between are on the cubic that the ends of the part around them say.
+/// A state of a cut structure as one of another cut of the same structure. Common nodes are the
+/// same; nodes in between are on the cubic that the ends of the part around them give.
 /// @param from  the structure of `state`, cut as `from_subdivision` says
 [[nodiscard]] BeamState carry_state(const BeamStructure& from, const Subdivision& from_subdivision,
                                     const BeamState& state, const Subdivision& to);

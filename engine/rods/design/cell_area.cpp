@@ -8,7 +8,7 @@
 namespace limber::rods {
 namespace {
 
-/// Two sides of a triangle from its first corner, and what is normal to both.
+/// Two sides of a triangle from its first corner, and the normal to both.
 struct Triangle {
   Triangle(const Eigen::Matrix3Xd& at, const Eigen::Vector3i& corners)
       : first(at.col(corners[1]) - at.col(corners[0])),

@@ -4,7 +4,7 @@
 
 namespace limber::rods {
 
-/// How far two designs of one linkage lie apart, e.g. what searches from two starts found.
+/// Distance between two designs of one linkage, e.g. the results of searches from two starts.
 struct DesignDifference {
   double lengths = 0;   // largest difference of a rest length or of a section, as a share of it
   double flat = 0;      // root mean square distance of joints between the flat shapes [length]

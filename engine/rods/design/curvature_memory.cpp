@@ -15,7 +15,7 @@ constexpr double kNegligibleCurvature =
 void CurvatureMemory::note(const Eigen::VectorXd& v, const Eigen::VectorXd& curved) {
   const double length = v.norm(), curvature = v.dot(curved);
   if (!(curvature > kNegligibleCurvature * length * curved.norm())) return;
-  // Of unit length, so that sums do not depend on how long the directions were.
+  // Directions get unit length, so that sums do not depend on how long they were.
   pairs_.push_back({v / length, curved / length, curvature / (length * length)});
   if (pairs_.size() > kMaxPairs) pairs_.pop_front();
 }

@@ -5,9 +5,9 @@
 
 namespace limber::rods::detail {
 
-/// What products with a Hessian reveal of it, as a positive definite matrix M near to it: the
+/// Knowledge of a Hessian from products with it, as a positive definite matrix M near to it. The
 /// directions of earlier conjugate gradients precondition later ones (Morales and Nocedal 2000),
-/// and measure steps: what is stiff moves less than what is soft.
+/// and measure steps: stiff directions move less than soft ones.
 class CurvatureMemory {
  public:
   /// @param curved  the Hessian times v; directions of no positive curvature teach nothing
@@ -26,7 +26,7 @@ class CurvatureMemory {
     Eigen::VectorXd v, curved;
     double curvature;  // v^T curved
   };
-  /// Of directions that nothing is known of.
+  /// Curvature of directions that nothing is known of.
   [[nodiscard]] double typical() const;
 
   std::deque<Pair> pairs_;  // the latest last

@@ -15,7 +15,8 @@ void AugmentedConstraint::update(double g) {
       0.25;  // of the violation: with more than that left, the penalty grows
   const double now = left(g);
   const bool slow = now > DesignRank::kHolds && left_ > 0 && now > kMinLeftShare * left_;
-  // What is violated is pressed harder at once; what is pressed too much is released gradually.
+  // A violated constraint is pressed harder at once; one that is pressed too much is released
+  // gradually.
   if (slow && g < 0) penalty_ *= kGrowth;
   multiplier_ = force(g);
   if (slow && g >= 0) penalty_ *= kGrowth;
@@ -60,7 +61,7 @@ void GuardWeight::lower() {
 }
 
 ViolationWatch::Verdict ViolationWatch::see(double violation, int iteration) {
-  constexpr double kNearer = 0.99;  // of the least violation so far: what counts as progress
+  constexpr double kNearer = 0.99;  // of the least violation so far: below it is progress
   constexpr int kPatience = 15;     // iterations without progress, before the penalty is raised
   constexpr int kVain = 4;          // raises without progress, before the search gives up
   const bool holds = violation <= DesignRank::kHolds;
@@ -117,7 +118,7 @@ double DesignMerit::value(const DesignValues& values) const {
   return sum;
 }
 
-/// What presses on the variables, and what has to be differentiated for that.
+/// Forces on the variables, and the terms that have to be differentiated for them.
 DesignMerit::Forces DesignMerit::forces(const DesignValues& values) const {
   const double flat = flat_.force(flat_room(values));
   const double angle = bounds_angle() ? angle_.force(angle_room(values)) : 0;

@@ -31,9 +31,10 @@ class AugmentedConstraint {
   double left_ = 0;  // at the last update
 };
 
-/// More of the flat energy than the objective has, while a search needs it: rest lengths that press
-/// the flat linkage's rods make it buckle, and beyond that its equilibrium is gone. With the guard
-/// up, the search keeps to lengths that fit a flat drawing; later it is let down.
+/// Extra weight of the flat energy beyond that of the objective, while a search needs it. Rest
+/// lengths that press the flat linkage's rods make it buckle, and beyond that its equilibrium is
+/// gone. With the guard up, the search keeps to lengths that fit a flat drawing; later it is
+/// lowered.
 class GuardWeight {
  public:
   [[nodiscard]] double weight() const { return weight_; }  // per energy
@@ -73,14 +74,14 @@ class ViolationWatch {
   int since_ = 0, raised_ = 0;
 };
 
-/// What a search over rest lengths minimises: the objective, its constraints, and the guard.
+/// Merit that a search over rest lengths minimises: the objective, its constraints, and the guard.
 class DesignMerit {
  public:
   DesignMerit(LinkageDesign& design, const DesignOptimizerOptions& options)
       : design_(design), options_(options) {}
 
   [[nodiscard]] double value(const DesignValues& values) const;
-  // Where the design stands. @param values  there
+  // Gradient at the design's present point. @param values there
   [[nodiscard]] Eigen::VectorXd gradient(const DesignValues& values);
   [[nodiscard]] Eigen::VectorXd product(const DesignValues& values, const Eigen::VectorXd& v);
 

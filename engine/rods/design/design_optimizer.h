@@ -10,9 +10,9 @@
 
 namespace limber::rods {
 
-/// When a search weighs the flat energy more than its objective does, so that rest lengths keep
-/// fitting a flat drawing and the flat linkage does not buckle during the search. The weight goes
-/// back to nothing before the search ends by itself.
+/// Cases in which a search weighs the flat energy more than its objective does. Rest lengths then
+/// keep fitting a flat drawing, and the flat linkage does not buckle during the search. The weight
+/// goes back to nothing before the search ends by itself.
 enum class BucklingGuard {
   kWhenNeeded,  // where trials buckle again and again
   kFromStart,   // from the first step: for starts that are about to buckle, as closed linkages
@@ -26,7 +26,7 @@ struct DesignOptimizerOptions {
   double shortest = 0.5;
   double longest = 2;
   /// Root mean square height of the flat linkage's joints over its plane, as a share of the length
-  /// scale, > 0: the flatness that is asked for.
+  /// scale, > 0: the requested flatness.
   double flat_height = 1e-3;
   /// Bound on the smallest opening angle of the flat linkage [rad]; < -pi: none.
   double smallest_angle = -4;
@@ -36,8 +36,8 @@ struct DesignOptimizerOptions {
   /// Projected gradient over that of the objective at the start at which the search ends, in (0,
   /// 1).
   double tolerance = 1e-5;
-  /// A gain of the objective, as a share of it, > 0: below it ten steps in a row end the search, as
-  /// does a step of Newton's that would not gain as much.
+  /// Least gain of the objective, as a share of it, > 0. The search ends after ten steps in a row
+  /// below it, or at a step of Newton's that would not gain as much.
   double least_gain = 1e-5;
   BucklingGuard guard = BucklingGuard::kWhenNeeded;
   /// Bounds of each rest length that is varied [length], of segments or of edges, in place of the
@@ -55,7 +55,7 @@ struct DesignOptimizerOptions {
 };
 
 enum class DesignStatus {
-  kConverged,       // the projected gradient, or what Newton's step would gain, is small, and all
+  kConverged,       // the projected gradient, or the gain of a Newton step, is small, and all
                     // constraints hold
   kSettled,         // nothing is gained any more, all constraints hold
   kInfeasible,      // nothing is gained any more, and a constraint does not hold
@@ -99,21 +99,21 @@ struct DesignReport {
 /// the search continues with the new ones.
 using DesignCallback = std::function<void(const DesignProgress& progress, LinkageDesign& design)>;
 
-/// Called where the search would end, with what it would report and the design at its best. May
-/// move that, and may change its criteria: the search then continues from there, as long as it has
-/// steps left, and is asked again at its next end.
+/// Called where the search would end, with its report and the design at its best. It may move the
+/// design and change its criteria: the search then continues from there, as long as it has steps
+/// left, and calls again at its next end.
 using DesignEndCallback = std::function<void(const DesignReport& report, LinkageDesign& design)>;
 
 /// Variables of a design of least objective, flat enough, with no angle below its bound, and with
 /// cells of DesignCriteria::least_area.
 ///
 /// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the variables that
-/// are not at their bounds, scales of sections in units of a mean rest length, preconditioned by
-/// what earlier steps learned of the curvature (CurvatureMemory); the constraints by an augmented
-/// Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere, shrinks the
-/// region; where that is the flat shape's fault and little is left of it, a guard against buckling
-/// goes up; where it is the deployed shape's, whose branch then ends, the search continues from
-/// what that falls to if the merit found there, not foreseen, is less. The design stands at the
+/// are not at their bounds. Scales of sections are in units of a mean rest length. Curvature
+/// learned in earlier steps preconditions it (CurvatureMemory); an augmented Lagrangian keeps the
+/// constraints (Rockafellar 1973). A trial that lands on another branch, or nowhere, shrinks the
+/// region. If the flat shape causes this and little is left of the region, a guard against buckling
+/// goes up. If the deployed shape causes it, its branch then ends: the search continues from the
+/// shape it falls to if the merit found there, not predicted, is less. The design stands at the
 /// best point that was accepted, also where the search stops early.
 /// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
 /// shortest_lengths, longest_lengths, thinnest_sections or thickest_sections, and [i] where the

@@ -13,8 +13,8 @@
 namespace limber::rods::detail {
 namespace {
 
-// Of the trust region: a step that gains this share of what the model promised is taken; below and
-// above these the region shrinks and grows.
+// Trust region. A step that gains this share of the gain that the model promised is accepted; below
+// and above the next two the region shrinks and grows.
 constexpr double kTaken = 1e-4;
 constexpr double kPoorDesignModel =
     0.25;  // ratio of gain to prediction below which the radius shrinks
@@ -22,7 +22,7 @@ constexpr double kGoodDesignModel = 0.75;    // the same, above which it grows
 constexpr double kShrink = 0.25;             // factor of the radius, or of a step that failed
 constexpr double kGrow = 2;                  // factor of the radius
 constexpr double kLeastDesignRadius = 1e-9;  // of the mean length
-// Of a slope, what conjugate gradients may leave: at most, and where an end depends on it.
+// Share of a slope that conjugate gradients may leave: at most, and if an end depends on it.
 constexpr double kMaxLinearResidual = 0.1;
 constexpr double kLeastLeft = 1e-3;  // smallest share that is required
 constexpr double kInner = 1e-2;      // gradient at which multipliers are updated
@@ -30,9 +30,8 @@ constexpr int kIdle = 10;
 // Trials not believed more than believed, after which nothing is remembered of curvatures.
 constexpr int kAstray = 3;
 constexpr int kUpdates = 30;  // of multipliers
-// Of the guard against buckling.
-// A flat shape that is lost below this share of the radius that was good last raises the guard; the
-// radius where it is lowered begins at a share of the first.
+// Guard against buckling. If a flat shape is lost below this share of the last good radius, the
+// guard goes up; the radius where it is lowered begins at a share of the first.
 constexpr double kLostRadius = 0.03;
 constexpr double kLoweredRadius = 0.03;  // of the first radius
 // It is lowered after so many steps, or where the gradient has come to a share of that at its last
@@ -40,7 +39,7 @@ constexpr double kLoweredRadius = 0.03;  // of the first radius
 constexpr int kHeld = 5;
 constexpr double kSettledGuard = 0.1;  // of the gradient at the last change
 constexpr double kNoEnergy = 1e-12;    // share of the scale of energies that is rounding
-// Where branches end: how often another one is looked for from a point, and from all.
+// Searches for another branch where one ends: from a point, and from all.
 constexpr int kMaxBranchAttemptsPerPoint = 3;
 constexpr int kMaxBranchAttempts = 20;  // of one search
 
@@ -49,7 +48,7 @@ double mean_length(const LinkageDesign& design) {
   return lengths > 0 ? design.parameters().head(lengths).mean() : design.point().lengths.mean();
 }
 
-/// What makes parameters of one unit, that of lengths.
+/// Factors that give all parameters one unit, that of lengths.
 Eigen::VectorXd units(const LinkageDesign& design) {
   Eigen::VectorXd result = Eigen::VectorXd::Ones(design.parameters().size());
   result.tail(design.variables().sections()).setConstant(mean_length(design));
@@ -134,7 +133,7 @@ Eigen::VectorXd DesignSearch::product(const Eigen::VectorXd& v) {
   return merit_.product(values_, v.cwiseQuotient(units_)).cwiseQuotient(units_);
 }
 
-/// What the guard is measured by. Rounding is no measure: instead of it what energies are.
+/// Energy that measures the guard. Rounding is no measure: the scale of energies replaces it.
 double DesignSearch::flat_energy() const {
   const double scale = design_.criteria().energy_scale;
   return values_.flat_energy > kNoEnergy * scale ? values_.flat_energy : scale;
@@ -143,7 +142,7 @@ double DesignSearch::flat_energy() const {
 /// A gain that is worth a step.
 double DesignSearch::worth() const { return options_.least_gain * std::abs(values_.objective); }
 
-/// Where bounds let a descent go.
+/// Part of a descent that the bounds allow.
 Eigen::VectorXd DesignSearch::projected(Eigen::VectorXd gradient) const {
   gradient = gradient.cwiseQuotient(units_);
   const Eigen::VectorXd& parameters = design_.parameters();
@@ -155,8 +154,8 @@ Eigen::VectorXd DesignSearch::projected(Eigen::VectorXd gradient) const {
   return gradient;
 }
 
-/// What is soft may also be what buckles: after that, steps are measured by lengths for a while.
-/// @param left  of the slope, what may remain
+/// Soft directions may also buckle: after that, steps are measured by lengths for a while.
+/// @param left  share of the slope that may remain
 ModelStep DesignSearch::newton_step(const Eigen::VectorXd& slope, double left) {
   CurvatureMemory unused;
   return trust_region_step(
@@ -169,7 +168,7 @@ std::optional<ModelStep> DesignSearch::worthwhile_step(const Eigen::VectorXd& sl
   ModelStep step =
       newton_step(slope, std::min(kMaxLinearResidual, std::sqrt(slope.norm() / first_gradient_)));
   if (!step.complete || promise_of(slope, step) > worth()) return step;
-  // What is soft comes late.
+  // Soft directions come late.
   step = newton_step(slope, kLeastLeft);
   if (!step.complete || promise_of(slope, step) > worth()) return step;
   return {};
@@ -237,7 +236,7 @@ bool DesignSearch::run_callback(const DesignTrial& trial, bool taken, double gra
   return true;
 }
 
-/// Where neither gradient nor model want to move any more.
+/// Has the search arrived, because neither gradient nor model wants to move any more?
 bool DesignSearch::arrived(const std::string& message) {
   if (lower_guard()) return true;
   if (merit_.settled(values_)) return end(DesignStatus::kConverged, message);
@@ -309,8 +308,8 @@ void DesignSearch::accept(DesignPoint point, const DesignValues& values) {
   best_.note(design_.point(), merit_.rank(values_));
 }
 
-/// Continues from the branch that the deployed shape falls to where its own ends, if that is worth
-/// more. @returns whether it does; `trial` is the one that led there then
+/// Continues from the branch that the deployed shape falls to at the end of its own, if that is
+/// worth more. @returns whether it does; `trial` is then the one that led there
 bool DesignSearch::leave_branch(const Eigen::VectorXd& parameters, DesignTrial& trial,
                                 const JobContext& context) {
   if (branch_attempts_here_ == kMaxBranchAttemptsPerPoint || branch_attempts_ == kMaxBranchAttempts)

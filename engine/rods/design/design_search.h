@@ -79,7 +79,7 @@ class DesignSearch {
   int held_ = 0;                  // steps taken since the guard was moved
   double guarded_gradient_ = 0;   // at the first of them
   BestDesign best_;
-  std::optional<DesignPoint> safe_;  // where the guard was lowered last, or kept what it guards
+  std::optional<DesignPoint> safe_;  // where the guard was lowered last, or kept the flat shape
   DesignReport report_;
 };
 

@@ -6,7 +6,7 @@
 
 namespace limber::rods::detail {
 
-/// Why a search ends where no trial, however near, gives both equilibria, and what to do.
+/// Reason why a search ends where no trial, however near, gives both equilibria, and remedy.
 [[nodiscard]] std::string stuck_text(const DesignTrial& trial);
 
 /// The same where a constraint stays violated.

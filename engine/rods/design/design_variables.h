@@ -55,10 +55,9 @@ class DesignVariableMap {
   [[nodiscard]] int lengths() const { return lengths_; }
   [[nodiscard]] int sections() const { return sections_; }
 
-  /// Of a model, as it stands.
+  /// Values for a model in its present state.
   [[nodiscard]] Eigen::VectorXd values(const LinkageModel& model) const;
-  /// The design with other variables; what is not varied stays. Lengths of segments follow those of
-  /// edges.
+  /// The design with other variables; the rest stays. Lengths of segments follow those of edges.
   void place(const LinkageModel& model, const Eigen::Ref<const Eigen::VectorXd>& values,
              DesignPoint& point) const;
 

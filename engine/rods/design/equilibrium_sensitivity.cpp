@@ -43,7 +43,7 @@ struct EquilibriumSensitivity::Impl {
     if (!factor) make_factor();
   }
 
-  /// As the solver of equilibria certifies what it found.
+  /// Certifies as the solver of equilibria does.
   void make_factor() {
     if (!factor) factor = std::make_unique<HessianFactor>(model.chains());
     const detail::UnknownScales scales(model);
@@ -61,7 +61,7 @@ struct EquilibriumSensitivity::Impl {
     solver.set_pinned(factor->fixed);
     solver.set_shift_weights(scales.weights());
     factor->shift = 0;
-    // A mechanism moves without effort: what it does to the shape is determined by rounding.
+    // A mechanism moves without effort: rounding determines its effect on the shape.
     if (solver.factor(matrix).vanishing > 0) {
       factor->shift = scales.rounding_shift();
       solver.factor(matrix, factor->shift);
@@ -141,7 +141,7 @@ Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& d
 EquilibriumSensitivity::Adjoint EquilibriumSensitivity::adjoint(ShapeFunction& function) const {
   const double share = function.elastic_share();
   Adjoint result;
-  // What holds the equilibrium balances dE/dx: of it the solve leaves what the tolerance did.
+  // Reactions balance dE/dx: the solve leaves of it as much as the tolerance did.
   result.multiplier = share * impl_->factor->gradient;
   function.add_gradient(*impl_->state, 1, result.multiplier);
   impl_->factor->solve_in_place(result.multiplier);
@@ -158,7 +158,7 @@ Eigen::VectorXd EquilibriumSensitivity::product(ShapeFunction& function, const A
                                                 const Eigen::VectorXd& direction,
                                                 const Eigen::VectorXd& change) const {
   if (adjoint.multiplier.size() == 0) {
-    // What D^2 E leaves of forces is those of what holds the shape.
+    // The remaining forces of D^2 E are those of the constraints on the shape.
     return function.elastic_share() * impl_->map.gradient(impl_->derivatives.second(
                                           {*impl_->state}, impl_->both(direction, change)));
   }

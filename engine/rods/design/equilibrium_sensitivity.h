@@ -12,16 +12,16 @@
 
 namespace limber::rods {
 
-/// How an equilibrium, and what it is judged by, changes with the variables of a design (rod
-/// linkages, sec. 3). With x the increments from the equilibrium, L the variables, a the row of the
-/// mean angle and p pinned unknowns:
+/// Changes of an equilibrium, and of the measures that judge it, with the variables of a design
+/// (rod linkages, sec. 3). With x the increments from the equilibrium, L the variables, a the row
+/// of the mean angle and p pinned unknowns:
 ///
 ///   K = [H a; a^T 0],   K (dx/dL, .) = (-dg/dL, 0),   K (w, .) = (df/dx, 0),
 ///   df = df/dL - w^T dg/dL,
 ///
-/// where pinned unknowns, and lengths of joints' edges that rest on their bound, stay; and products
-/// with second derivatives by going forward over that: two solves each with the one factor, the
-/// third derivatives of the energy from LinkageDerivatives. Not from several threads at once.
+/// where pinned unknowns, and lengths of joints' edges that rest on their bound, stay. Products
+/// with second derivatives go forward over that: two solves each with the one factor, and the third
+/// derivatives of the energy from LinkageDerivatives. Not from several threads at once.
 class EquilibriumSensitivity {
  public:
   /// Factors K.
@@ -58,8 +58,8 @@ class EquilibriumSensitivity {
   /// @param direction  v, a number for each variable
   [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& direction) const;
 
-  /// d2x/dL2 [v, v], the curvature of the shape's path where variables go straight along v: with
-  /// the third derivatives along w = (dx/dL v, v), K (d2x/dL2 [v, v], .) = (-D^3 E[w, w, .], 0).
+  /// d2x/dL2 [v, v], the curvature of the shape's path when variables go straight along v. The
+  /// third derivatives along w = (dx/dL v, v) give K (d2x/dL2 [v, v], .) = (-D^3 E[w, w, .], 0).
   /// @param change  shape_change(direction)
   [[nodiscard]] Eigen::VectorXd shape_curvature(const Eigen::VectorXd& direction,
                                                 const Eigen::VectorXd& change) const;
@@ -69,7 +69,7 @@ class EquilibriumSensitivity {
     Eigen::VectorXd multiplier;  // w; empty: zero
   };
   [[nodiscard]] Adjoint adjoint(ShapeFunction& function) const;
-  /// Of the elastic energy alone, without a solve: what holds the equilibrium balances dE/dx, so
+  /// For the elastic energy alone, without a solve. Reactions balance dE/dx at the equilibrium, so
   /// that w = 0 and df = dE/dL (the envelope theorem). The imbalance that the equilibrium's
   /// tolerance left goes into it to first order, and not to second as with the multiplier.
   [[nodiscard]] Adjoint elastic_adjoint() const;

@@ -17,7 +17,7 @@ namespace limber::rods {
 namespace {
 
 constexpr double kSameShape = 1e-4;   // of the extent: distance of shapes that are one
-constexpr double kPlane = 1e-6;       // of the extent: height of what lies in a plane
+constexpr double kPlane = 1e-6;       // of the extent: height of plane shapes
 constexpr double kPushShare = 0.3;    // of E I/L^2, as starting grids are pushed
 constexpr int kMaxIterations = 4000;  // Newton steps of all openings, after which none begins
 // Shares of the path, of the first opening and of the one that confirms it.
@@ -80,7 +80,7 @@ struct Opened {
   std::optional<JointLoad> support;
 };
 
-/// Notes what holds the linkage at a step of its opening.
+/// Notes the forces that hold the linkage at a step of its opening.
 void note_forces(const LinkageModel& model, const LinkageState& state, const Conditions& stage,
                  Opened& opened) {
   const LinkageForces forces = forces_in(model, state, stage);
@@ -94,7 +94,7 @@ void note_forces(const LinkageModel& model, const LinkageState& state, const Con
       support.moment.cwiseMax(forces.reaction_moments.col(support.joint).cwiseAbs()).eval();
 }
 
-/// So many of the steps that a plan stays short; the first and the last are among them.
+/// Keeps so many of the steps that a plan stays short; the first and the last are among them.
 void thin_out(std::vector<double>& values) {
   constexpr std::size_t kPlanned = 9;
   if (values.size() <= kPlanned) return;

@@ -21,12 +21,13 @@ struct Erection {
   /// the best rigid motion [length].
   double distance = 0;
   Eigen::Matrix3Xd flat, open;  // joints where it begins, for which the push is given, and ends
-  /// Mean opening angles of the opening, from flat_angle to mean_angle [rad], and what has to act
-  /// on every joint to hold them: with the push, at the last one without [force length]; > 0 opens.
+  /// Mean opening angles of the opening, from flat_angle to mean_angle [rad], and the moment on
+  /// every joint that holds them: with the push, at the last one without [force length]. Moments >
+  /// 0 open.
   std::vector<double> angles, moments;
-  /// The joint that is held while the linkage is pushed, by a pin of its own or for that time, with
-  /// the greatest components of force and moment that this takes, by magnitude. The push bends the
-  /// linkage against it: held elsewhere, it may open to another branch.
+  /// The joint that is held while the linkage is pushed, by its own pin or for that time. The load
+  /// has the greatest components of force and moment that this takes, by magnitude. The push bends
+  /// the linkage against it: held elsewhere, it may open to another branch.
   std::optional<JointLoad> support;
 };
 
@@ -59,12 +60,13 @@ struct ErectionSearch {
   std::string message;
 };
 
-/// Opens the flat shape of a design to the mean angle of the deployed one, at first without a push
-/// (unless it lies in a plane, where rounding would select a side), then with forces out of its
-/// plane that are proportional to the deployed shape's heights over it: together about the weight
-/// of rods that sag under it by their length (E I/L^2), then four and sixteen times as much.
-/// Accepted is what ends at the deployed shape within 1e-4 of the linkage's extent, opened in two
-/// step sizes. Takes up to eight deployments, and begins no other after 4000 Newton steps.
+/// Opens the flat shape of a design to the mean angle of the deployed one. The first attempt has no
+/// push, unless the shape lies in a plane, where rounding would select a side. Later ones push with
+/// forces out of its plane, proportional to the deployed shape's heights over it. Together these
+/// are about the weight of rods that sag under it by their length (E I/L^2), then four and sixteen
+/// times as much. An opening is accepted if it ends at the deployed shape within 1e-4 of the
+/// linkage's extent, in two step sizes. Takes up to eight deployments, and begins no other after
+/// 4000 Newton steps.
 /// @param model  with the point's sizes
 /// @throws Error{kCancelled}
 [[nodiscard]] ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,

@@ -5,8 +5,8 @@
 
 namespace limber::rods {
 
-/// Who is connected with whom in a grid of two families of rods: joint (c, r), vertex r * columns +
-/// c, is where the rod of column c crosses that of row r.
+/// Connections in a grid of two families of rods: joint (c, r), vertex r * columns + c, is the
+/// crossing of the rods of column c and row r.
 struct GridLines {
   GridLines(int width, int height) : columns(width), rows(height) {
     for (int r = 0; r < rows; ++r)

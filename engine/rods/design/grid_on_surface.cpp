@@ -41,7 +41,7 @@ Eigen::VectorXd places(const Eigen::VectorXd& gaps) {
   return at.array() - at.mean();
 }
 
-/// Of points about the plane that is nearest to them.
+/// Spread of points about the plane nearest to them.
 struct Spread {
   explicit Spread(const Eigen::Matrix3Xd& points) {
     const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
@@ -97,8 +97,8 @@ StraightLayout layout_of(const GridOnSurface& grid, double flat_angle) {
   layout.flat_angle = flat_angle;
   layout.open_angle = crossing_angle(lines, grid.points);
   layout.curvature = grid_curvature(lines, grid.points);
-  // What curves in one direction only, or to both sides by turns, would be drawn with parallel
-  // rods, which stay in their plane: a search does not leave that.
+  // A surface that curves in one direction only, or to both sides by turns, would be drawn with
+  // parallel rods. They stay in their plane, and a search does not leave it.
   constexpr double kLeast = 0.45;  // of the surface's height
   const Spread spread(grid.points);
   double& mean = layout.curvature.mean;
@@ -122,7 +122,7 @@ Eigen::VectorXd heights_of(const GridOnSurface& grid) {
 double height_of(const Eigen::Matrix3Xd& points) { return Spread(points).height; }
 
 double curved_height(const Eigen::Matrix3Xd& points, double mean_curvature) {
-  constexpr double kUneven = 1.5;  // of the squared height, what unlike principal curvatures add
+  constexpr double kUneven = 1.5;  // of the squared height, added by unlike principal curvatures
   const Spread spread(points);
   return std::min(spread.height, std::sqrt(kUneven * std::abs(mean_curvature) *
                                            spread.squared_height(mean_curvature)));

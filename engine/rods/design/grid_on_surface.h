@@ -18,8 +18,8 @@ struct GridOnSurface {
   Eigen::VectorXd lengths;  // of lines.edges, along the surface [length]
 };
 
-/// Straight rods as long as the lines are in the mean, and as these grow along the others; for the
-/// surface's curvature, or what makes up for about half of its height at least.
+/// Straight rods as long as the lines in the mean, which grow along the others as these do. They
+/// fit the surface's curvature, or at least one that makes up for about half of its height.
 [[nodiscard]] StraightLayout layout_of(const GridOnSurface& grid, double flat_angle);
 
 /// Heights of the joints over the plane nearest to them, 0 in the mean [length], to the side about

@@ -8,8 +8,8 @@
 namespace limber::rods {
 
 /// Root mean square difference in height between joints and points, over the plane nearest to the
-/// points, where they lie on each other as well as they can, the joints mirrored or not: which side
-/// of its plane a grid opens to is not up to it [length].
+/// points [length]. They are superimposed as well as they can, the joints mirrored or not, since a
+/// grid does not determine the side to which it opens.
 [[nodiscard]] double distance_between(const Eigen::Matrix3Xd& joints,
                                       const Eigen::Matrix3Xd& points);
 
@@ -17,7 +17,7 @@ namespace limber::rods {
 /// @param distance, height  of the opened grid from the surface, and of that over its plane, root
 /// mean square [length]
 /// @param curvature  of the surface
-/// @param curved_height  what of the height its mean curvature makes up for
+/// @param curved_height  part of the height that its mean curvature makes up for
 [[nodiscard]] std::string describe_distance(double distance, double height, double curved_height,
                                             const GridCurvature& curvature);
 

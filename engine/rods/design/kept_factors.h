@@ -10,8 +10,8 @@
 
 namespace limber::rods::detail {
 
-/// The factors that certified both equilibria of the design that was found last, for when
-/// derivatives are asked for there; and memory of former ones, which is large and used again.
+/// The factors that certified both equilibria of the design that was found last, for derivatives
+/// requested there. Memory of former factors is kept too, since it is large and used again.
 class KeptFactors {
  public:
   struct Pair {

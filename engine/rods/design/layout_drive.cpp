@@ -74,7 +74,7 @@ LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout,
     (found < height ? below : above) = drive;
     double next = 2 * drive;
     if (found > kLow * height) {
-      // Beyond what buckles the plane grid, the squared height grows with the drive.
+      // Beyond the drive that buckles the plane grid, the squared height grows with the drive.
       const double square = std::pow(found / height, 2);
       double slope = kSlope;
       if (last_drive > 0 && last_drive != drive) {

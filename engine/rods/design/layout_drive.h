@@ -15,9 +15,9 @@ struct LayoutDrive {
   Eigen::Matrix3Xd joints = Eigen::Matrix3Xd(3, 0);  // of the opened grid
 };
 
-/// Rods resist being bent, so that a layout which is drawn for a surface opens to less than that,
-/// or not out of its plane at all: the drive with which it opens to a height, by opening linkages
-/// of two dozen drives at most, or what comes nearest to that. Of the rods only the section
+/// Finds the drive with which a layout opens to a height, or comes nearest to it, by opening
+/// linkages of two dozen drives at most. Rods resist being bent, so that a layout drawn for a
+/// surface opens to less than that, or not out of its plane at all. Only the section of the rods
 /// matters; their stiffer axis bends them sideways.
 /// @param height  root mean square, over the plane nearest to the joints [length], > 0
 /// @param least_angle  see is_regular, which layouts stay [rad]

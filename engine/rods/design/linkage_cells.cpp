@@ -46,8 +46,8 @@ class CellWalk {
     Leg next;
     double turned;  // to the left [rad]
   };
-  /// From the segment that reaches a joint to the one at its right hand seen backwards: the loop
-  /// keeps what it encloses on its left.
+  /// Turn from the segment that reaches a joint to the one at its right hand seen backwards: the
+  /// loop keeps its inside on its left.
   [[nodiscard]] Turn turn(const Leg& reached) const {
     const int at = joint(reached);
     const double angle = graph_.joints[at].opening_angle;

@@ -14,9 +14,9 @@ namespace limber::rods {
 /// free bound nothing.
 [[nodiscard]] std::vector<std::vector<int>> linkage_cells(const LinkageGraph& graph);
 
-/// A surface inferred from where joints are, e.g. of the targets of a design: a triangle for each
-/// cell of three joints, a fan about the mean of its joints for each larger one. It may close or
-/// overhang as the linkage does.
+/// A surface inferred from the places of joints, e.g. of the targets of a design. It has a triangle
+/// for each cell of three joints, a fan about the mean of its joints for each larger one. It may
+/// close or overhang as the linkage does.
 /// @param positions  3 x joints
 /// @throws Error{kInvalidArgument} as check_surface_mesh, and with field surface.triangles for a
 /// linkage without cells

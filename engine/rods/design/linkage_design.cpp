@@ -17,7 +17,8 @@
 namespace limber::rods {
 namespace {
 
-/// Of what bends a linkage by an angle of one: an energy that says nothing, as of bends of 1e-6.
+/// Share of the energy that bends a linkage by an angle of one: smaller energies mean nothing, as
+/// of bends of 1e-6.
 constexpr double kNoStress = 1e-12;
 /// Tolerance of equilibria whose imbalance may go into gradients of energies to first order.
 constexpr double kBalanced = 1e-9;
@@ -41,7 +42,7 @@ bool is_without_stress(const LinkageModel& model, const LinkageState& state) {
 }
 
 struct LinkageDesign::Impl {
-  /// What depends on the criteria.
+  /// Members that depend on the criteria.
   struct Measures {
     Measures(const LinkageModel& model, ElasticEnergy& energy, const DesignCriteria& criteria)
         : flatness(model, criteria.plane),
@@ -61,7 +62,7 @@ struct LinkageDesign::Impl {
     double flat_weight;
     SumOfFunctions deployed;  // the other shape's part
   };
-  /// At the present point: how its shapes change, and what has been asked of that so far.
+  /// At the present point: derivatives of its shapes, and the results requested so far.
   struct Derivatives {
     using Adjoint = EquilibriumSensitivity::Adjoint;
     EquilibriumSensitivity flat, deployed;
@@ -127,8 +128,8 @@ struct LinkageDesign::Impl {
     map.place(model, parameters, point);
   }
 
-  /// Of the deployed shape, or, where that is nothing, what bends the whole linkage by an angle of
-  /// one.
+  /// Energy of the deployed shape; if that is nothing, the energy that bends the whole linkage by
+  /// an angle of one.
   [[nodiscard]] double start_energy() {
     if (is_without_stress(model, point.deployed)) return scales.bending() / scales.extent();
     return energy.value(point.deployed);
@@ -185,7 +186,7 @@ struct LinkageDesign::Impl {
         measures->flat_weight * here.flat_part->gradient + here.deployed_part->gradient;
     return here;
   }
-  /// Of the flat shape's energy.
+  /// For the flat shape's energy.
   [[nodiscard]] Derivatives::Adjoint energy_adjoint(const EquilibriumSensitivity& shape) {
     return limits.equilibrium.tolerance <= kBalanced ? shape.elastic_adjoint()
                                                      : shape.adjoint(measures->flat);
@@ -206,7 +207,7 @@ struct LinkageDesign::Impl {
     return which == Which::kAll ? all_gradients() : objective_gradient();
   }
 
-  /// Where an equilibrium moves when lengths change in a direction.
+  /// Predicted motion of an equilibrium when lengths change in a direction.
   struct Forecast {
     Eigen::VectorXd move;    // of the unknowns
     Eigen::VectorXd linear;  // the same to first order
@@ -290,7 +291,7 @@ struct LinkageDesign::Impl {
   Eigen::VectorXd parameters;  // of it
   std::optional<Measures> measures;
   detail::KeptFactors factors;
-  std::optional<Derivatives> derivatives;  // empty until they are asked for
+  std::optional<Derivatives> derivatives;  // empty until they are requested
   bool there = false;                      // are they at the point
   int factored_anew = 0, criteria_revision = 0;
 };

@@ -14,19 +14,19 @@
 
 namespace limber::rods {
 
-/// What a linkage is designed for (rod linkages, sec. 3, with the objective it refers to):
+/// Design criteria of a linkage (rod linkages, sec. 3, with the objective it refers to):
 ///
 ///   J = gamma/E_0 E(flat) + (1 - gamma)/E_0 E(deployed)
 ///       + beta/(2 l_0^2) (sum of w |x - t|^2 + w_surf sum of |x - P(x)|^2)
 ///
-/// over the deployed joints x; beside it c, the squared distances of the flat linkage's joints from
-/// their plane, a smooth number below its smallest opening angle, and the area of the deployed
-/// linkage's cells.
+/// over the deployed joints x. Further criteria are c, the squared distances of the flat linkage's
+/// joints from their plane, a smooth number below its smallest opening angle, and the area of the
+/// deployed linkage's cells.
 struct DesignCriteria {
   double flat_share = 0.9;     // gamma, in [0, 1]
   double distance_weight = 1;  // beta, >= 0
   /// E_0 [force length], >= 0; 0: the deployed energy of the start, or, where that is nothing
-  /// (mechanisms), what bends the whole linkage by an angle of one
+  /// (mechanisms), the energy that bends the whole linkage by an angle of one
   double energy_scale = 0;
   double length_scale = 0;       // l_0 [length]; 0: the extent of the drawn linkage
   double angle_sharpness = 300;  // of SmallestAngle [1/rad], > 0
@@ -34,18 +34,18 @@ struct DesignCriteria {
   std::vector<JointTarget> targets;
   std::shared_ptr<const TargetSurface> surface;  // null: none
   double surface_weight = 1;                     // w_surf, >= 0
-  /// Of each joint's distance to the surface, >= 0, e.g. 0 for those that may hang over its rim;
-  /// empty: all 1.
+  /// Weight of each joint's distance to the surface, >= 0, e.g. 0 for those that may hang over its
+  /// rim; empty: all 1.
   Eigen::VectorXd joint_surface_weights;
-  /// Of the deployed linkage's cells [length^2], >= 0, that a search keeps: without it a grid comes
-  /// near to a surface by covering less of it. 0: any.
+  /// Least area of the deployed linkage's cells [length^2], >= 0, that a search keeps. Without it a
+  /// grid comes near to a surface by covering less of it. A value of 0 allows any.
   double least_area = 0;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
 };
 
-/// One number for each of what a design is judged by, or a vector of derivatives by p, the design's
+/// One number for each measure of a design, or a vector of derivatives by p, the design's
 /// variables.
 template <class Value>
 struct DesignMeasures {
@@ -61,7 +61,7 @@ struct DesignValues : DesignMeasures<double> {
   double distance = 0;         // half the weighed squared distances [length^2]
 };
 
-/// Of the Taylor polynomial of an equilibrium in the variables, from which a trial begins.
+/// Order of the Taylor polynomial of an equilibrium in the variables, from which a trial begins.
 enum class PredictorOrder { kFirst, kSecond };
 
 struct DesignLimits {
@@ -71,9 +71,9 @@ struct DesignLimits {
   double largest_move = 1;
   EquilibriumOptions equilibrium{.max_iterations = 60, .tolerance = 1e-10};
   PredictorOrder predictor = PredictorOrder::kSecond;
-  /// An equilibrium may not lie farther from its prediction than this many times what the
-  /// prediction moved, > 0, except by `small_surprise` [rad], >= 0: what moved little and landed
-  /// far has jumped.
+  /// Largest distance of an equilibrium from its prediction, as a multiple of the predicted motion,
+  /// > 0. Distances up to `small_surprise` [rad], >= 0, are allowed too. An equilibrium that is
+  /// farther has jumped.
   double surprise_share = 1;
   double small_surprise = 0.03;
 
@@ -121,9 +121,9 @@ class LinkageDesign {
   /// @param start  equilibria under them with these sizes, at least nearly
   /// @throws Error as DesignCriteria::validate, DesignLimits::validate, DesignVariables::validate,
   /// Conditions::validate with field flat. or deployed., set_sizes with field start.,
-  /// TargetDistance; {kInvalidArgument} with field start.edges where edges differ and segments'
-  /// lengths are to be varied; {kFailedPrecondition} with field start where an
-  /// equilibrium is not found from it
+  /// TargetDistance. Also {kInvalidArgument} with field start.edges if edges differ and segments'
+  /// lengths are to be varied, and {kFailedPrecondition} with field start if an equilibrium is not
+  /// found from it
   LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed, DesignPoint start,
                 DesignCriteria criteria, DesignLimits limits = {}, DesignVariables variables = {});
   ~LinkageDesign();
@@ -146,13 +146,13 @@ class LinkageDesign {
   [[nodiscard]] DesignValues values(const DesignPoint& point);
   /// Makes a trial's point the one where derivatives are taken.
   void move_to(DesignPoint point);
-  /// New criteria at the same point; scales that are 0 stay what they were.
+  /// New criteria at the same point; scales that are 0 keep their values.
   void set_criteria(DesignCriteria criteria);
   /// How often that has been done.
   [[nodiscard]] int criteria_revision() const;
 
-  /// What derivatives are asked of: all measures, or the objective and the flat energy in it. The
-  /// others are empty then, or what they were.
+  /// Measures to differentiate: all, or the objective and the flat energy in it. The others are
+  /// then empty, or unchanged.
   enum class Which { kAll, kObjective };
   // At the present point, with the factors of the trial that led there, or of the start. Those of
   // other points are made anew.

@@ -12,9 +12,9 @@
 namespace limber::rods {
 namespace {
 
-// Eigen's hierarchy: in double precision, so that nothing has to be refined afterwards (Embree
-// answers in float32); halved by counting, so that it depends on the triangles alone; and no
-// dependency that is not there already.
+// Eigen's hierarchy is in double precision, so that nothing has to be refined afterwards (Embree
+// answers in float32). It is halved by counting, so that it depends on the triangles alone. It adds
+// no dependency.
 using Boxes = Eigen::KdBVH<double, 3, int>;
 
 Boxes boxes_of(const SurfaceMesh& mesh) {
@@ -38,7 +38,7 @@ double area_of(const SurfaceMesh& mesh) {
   return sum;
 }
 
-/// What Eigen's search asks. Boxes come in the order of their distances, those beyond the nearest
+/// Queries of Eigen's search. Boxes come in the order of their distances, those beyond the nearest
 /// triangle so far are left out: the answer is that of a search through all triangles.
 struct Nearest {
   using Scalar = double;

@@ -19,7 +19,7 @@ class MeshSurface final : public TargetSurface {
   explicit MeshSurface(SurfaceMesh mesh);
   ~MeshSurface() override;
 
-  /// Of equally near triangles one that depends on the mesh alone.
+  /// Among equally near triangles, the choice depends on the mesh alone.
   /// @pre the point is finite
   [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override;
   [[nodiscard]] double area() const override { return area_; }

@@ -13,7 +13,7 @@ namespace {
 
 using Corners = std::array<std::size_t, 4>;
 
-constexpr double kEqualAngles = 1e-6;  // what differs by less differs by rounding
+constexpr double kEqualAngles = 1e-6;  // smaller differences are rounding
 
 /// Points in the plane in which they spread most, x along the principal axis, or along the x axis
 /// where there is no such.
@@ -37,8 +37,8 @@ Eigen::Matrix2Xd flattened(const Eigen::Matrix3Xd& points) {
   return flat;
 }
 
-/// Along the axes' diagonals, ascending. Of a side that lies across one, the end is taken to which
-/// it goes counterclockwise: for each side another one.
+/// Along the axes' diagonals, ascending. If a side lies across a diagonal, the end to which it goes
+/// counterclockwise is taken: for each side another one.
 Corners farthest_along_diagonals(const Eigen::Matrix2Xd& flat) {
   const Eigen::Vector2d size = flat.rowwise().maxCoeff() - flat.rowwise().minCoeff();
   constexpr std::array<std::array<double, 2>, 4> kDiagonals{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
@@ -57,7 +57,7 @@ Corners farthest_along_diagonals(const Eigen::Matrix2Xd& flat) {
   return corners;
 }
 
-/// What they enclose, in the order of the rim; 0 for fewer than four.
+/// Area that the corners enclose, in the order of the rim; 0 for fewer than four.
 double enclosed_area(const Eigen::Matrix2Xd& flat, const Corners& corners) {
   if (std::adjacent_find(corners.begin(), corners.end()) != corners.end()) return 0;
   const auto between = [&](std::size_t from, std::size_t to) -> Eigen::Vector2d {

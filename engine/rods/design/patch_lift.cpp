@@ -31,7 +31,7 @@ struct PatchLift::Impl {
     boxes.init(triangles.begin(), triangles.end(), volumes.begin(), volumes.end());
   }
 
-  /// Of a triangle's corners, by which the map's point is their mean.
+  /// Weights of a triangle's corners, by which the map's point is their mean.
   [[nodiscard]] Eigen::Vector3d shares(const Eigen::Vector2d& at, int triangle) const {
     Eigen::Matrix3d system;
     for (int k = 0; k < 3; ++k) system.col(k) << map.col(surface.triangles(k, triangle)), 1;
@@ -45,7 +45,7 @@ struct PatchLift::Impl {
 
 namespace {
 
-/// What Eigen's search asks: the triangle that the point is deepest in, or least far out of, by the
+/// Query of Eigen's search: the triangle that the point is deepest in, or least far out of, by the
 /// least share of a corner.
 template <class Shares>
 struct Deepest {

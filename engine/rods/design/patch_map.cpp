@@ -115,9 +115,9 @@ bool comes_first(double length, const Eigen::Vector3d& direction, double than,
   return false;
 }
 
-/// Which of a square's first corner and directions are whose is up to the surface alone, for any
-/// order of its vertices: the first direction is that of the longer sides and goes forward
-/// along the axis it is nearest to, and so does the normal.
+/// The surface alone determines the square's first corner and directions, for any order of its
+/// vertices. The first direction is that of the longer sides and goes forward along the axis it is
+/// nearest to, and so does the normal.
 std::array<std::size_t, 4> begin_at_first(const SurfaceMesh& surface, std::vector<int>& rim) {
   std::array<std::size_t, 4> corners = patch_corners(surface, rim);
   const auto sides = [&](std::size_t k) {  // the direction along sides k and k + 2
@@ -177,8 +177,8 @@ Eigen::SparseMatrix<double> mean_value_weights(const SurfaceMesh& surface) {
   return weights;
 }
 
-/// Cholesky factors of the matrix with which the weights of both directions are their mean, and
-/// what is missing in columns' sums on the diagonal.
+/// Cholesky factors of the matrix with the mean of the weights of both directions. The missing part
+/// of the columns' sums is added to the diagonal.
 class MeanOfBothWays {
  public:
   using StorageIndex = int;
@@ -205,8 +205,8 @@ class MeanOfBothWays {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
 };
 
-/// Weights of neighbours for each other differ little, and Cholesky's factors are had in a fraction
-/// of the time that those of a matrix without symmetry take: these are for what is left.
+/// Weights of neighbours for each other differ little. Cholesky's factors take a fraction of the
+/// time of those of a matrix without symmetry, which are for failures only.
 Eigen::MatrixX2d solve_nearly_symmetric(const Eigen::SparseMatrix<double>& matrix,
                                         const Eigen::MatrixX2d& right) {
   constexpr int kMaxIterations = 100;  // before the matrix is factored instead
@@ -235,7 +235,7 @@ Eigen::Matrix2Xd map_patch_to_square(const SurfaceMesh& surface) {
   place_rim(surface, rim, map);
   const Eigen::SparseMatrix<double> weights = mean_value_weights(surface);
   const Eigen::VectorXd sums = weights * Eigen::VectorXd::Ones(count);
-  // What is looked for: where the vertices within the rim come to lie.
+  // Unknowns: the places of the vertices within the rim.
   constexpr int kGiven = -1;
   std::vector<int> unknown(static_cast<std::size_t>(count), 0);
   for (const int vertex : rim) unknown[static_cast<std::size_t>(vertex)] = kGiven;

@@ -8,9 +8,9 @@ namespace limber::rods {
 
 /// Maps a patch of surface one to one onto the unit square: mean value coordinates (Floater 2003)
 /// inside, the rim by its length between four corners (patch_corners). The square's first direction
-/// is that of the patch's longer sides, the more along x of equal ones (of sides as much along x
-/// and y the one that goes forward along both), going forward along the axis it is nearest to; the
-/// second one is where the normal goes forward, too.
+/// is that of the patch's longer sides, going forward along the axis it is nearest to; the second
+/// one is where the normal goes forward, too. Between equal sides, the first is the one more along
+/// x; if both are as much along x and y, the one that goes forward along both.
 ///
 /// Here the surface must be one piece, each edge of one or two triangles, with one rim and no
 /// handle: what a square can be mapped to.

@@ -7,7 +7,7 @@
 
 namespace limber::rods {
 
-/// Where a surface is put: x of the surface comes to translation + scale rotation x.
+/// Placement of a surface: x of the surface comes to translation + scale rotation x.
 struct SurfacePlacement {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // is normalised
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();         // [length]

@@ -6,9 +6,9 @@
 
 namespace limber::rods {
 
-/// A number by which a shape is judged, f = share E + r(x): a share of the elastic energy E, whose
-/// derivatives whoever has a factored Hessian knows best, and what depends on the shape alone.
-/// Derivatives are by increments of the unknowns from the state.
+/// A number by which a shape is judged, f = share E + r(x). Derivatives of the elastic energy E are
+/// left to the owner of a factored Hessian; r depends on the shape alone. Derivatives are by
+/// increments of the unknowns from the state.
 class ShapeFunction {
  public:
   ShapeFunction() = default;

@@ -12,7 +12,7 @@
 
 namespace limber::rods {
 
-/// Of the linkage's rods [force length].
+/// Elastic energy of the linkage's rods [force length].
 class ElasticEnergy final : public ShapeFunction {
  public:
   /// @pre the model outlives this; changes of its rest lengths are seen
@@ -35,9 +35,9 @@ struct Plane {
 };
 
 /// Sum of the squared distances of all joints from a plane [length^2]: c of rod linkages, sec. 3,
-/// for a linkage that is to lie flat. Without a plane, from the one that is nearest to them: c is
-/// the least eigenvalue of the joints' scatter then, and does not change as the linkage moves as a
-/// whole.
+/// for a linkage that is to lie flat. Without a given plane, the plane is the one nearest to them:
+/// c is then the least eigenvalue of the joints' scatter, and does not change as the linkage moves
+/// as a whole.
 class Flatness final : public ShapeFunction {
  public:
   /// @throws Error{kInvalidArgument} for a normal that is not finite or vanishes
@@ -78,7 +78,7 @@ class SmallestAngle final : public ShapeFunction {
   double sharpness_;
 };
 
-/// Where one joint is wanted.
+/// Target of one joint.
 struct JointTarget {
   int joint = -1;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [length]

@@ -51,7 +51,7 @@ void measure_gaps(int columns, int rows, StartingGrid& grid) {
   }
 }
 
-/// Where the plane has no room for a layout, first its rods fan out less, then it curves less.
+/// If the plane has no room for a layout, its rods fan out less first, then it curves less.
 StraightLayout with_room(const GridLines& lines, StraightLayout layout) {
   constexpr int kTries = 30;     // reductions at most, of fan and of curvature each
   constexpr double kLess = 0.8;  // factor of a reduction

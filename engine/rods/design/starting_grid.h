@@ -22,9 +22,10 @@ struct StartingGridOptions {
   double flat_angle = 25 * kDegree;  // [rad]
   /// Share of the patch that is left free at each side of its rim, in [0, 0.4].
   double margin = 0.02;
-  /// How many times the surface's mean Gaussian curvature the layout is drawn for, in [0, 1000]:
-  /// rods resist, so that the opened grid has less. 0: families of parallel rods, which stay in
-  /// their plane. Nothing: with a section what that takes, and 3 without, or where nothing opens.
+  /// Multiple of the surface's mean Gaussian curvature for which the layout is drawn, in [0, 1000].
+  /// Rods resist, so that the opened grid has less. With 0, the rods of a family are parallel and
+  /// stay in their plane. If empty, the drive that a section needs; 3 without a section, or if no
+  /// drive opens it.
   std::optional<double> drive = {};
   std::optional<Section> section = {};  // of the rods
 
@@ -35,29 +36,29 @@ struct StartingGridOptions {
 /// A design to begin with where there is only a surface.
 struct StartingGrid {
   LineMesh flat;      // in the plane z = 0: opens as a linkage, which leaves that plane
-  LineMesh deployed;  // lines on the surface: about what it opens to
-  /// Of the flat edges, in their order: with these the linkage lies flat without stress.
+  LineMesh deployed;  // lines on the surface: about its opened shape
+  /// For the flat edges, in their order: with these lengths the linkage lies flat without stress.
   Eigen::VectorXd rest_lengths;
   double mean_angle = 0;  // at which rods cross on the surface [rad]
   /// Largest difference between a rest length and the line on the surface, as a share.
   double misfit = 0;
-  /// How near neighbouring rods of a family lie to each other, at least, when the grid lies flat
-  /// [length]: rods along which the column stays, and rods along which the row stays.
+  /// Least distance between neighbouring rods of a family when the grid lies flat [length]. First
+  /// of rods along which the column stays, then of rods along which the row stays.
   double columns_apart = 0, rows_apart = 0;
   /// The flat grid may open to either side of its plane. With these forces along z at its joints,
   /// over Young's modulus [length^2], it opens to the surface's side; they are of the order of what
   /// bends rods noticeably. Empty without a section.
   Eigen::VectorXd push = {};
-  std::string remark = {};  // what will hinder a design; empty: nothing
+  std::string remark = {};  // obstacles to a design; empty: none
 };
 
 /// Two families of straight rods in the plane (StraightLayout; joint (c, r) is vertex r * columns +
-/// c) as long as the lines of a regular grid over a patch are in the mean, and that grid. Free of
-/// stress as it lies; opened to the angle at which lines cross on the surface, it curves as the
-/// surface does in the mean, along columns and along rows.
-/// @throws Error as StartingGridOptions::validate and map_patch_to_square; {kInvalidArgument} with
-/// field flat_angle where that leaves nothing to open, and with field section where a grid of such
-/// rods stays in its plane; with a section as demand_room
+/// c), with a regular grid over a patch. The rods are as long as the grid's lines are in the mean.
+/// The layout is free of stress as it lies. Opened to the angle at which lines cross on the
+/// surface, it curves as the surface does in the mean, along columns and along rows.
+/// @throws Error as StartingGridOptions::validate and map_patch_to_square; with a section as
+/// demand_room. Also {kInvalidArgument} with field flat_angle if that leaves nothing to open, and
+/// with field section if a grid of such rods stays in its plane
 [[nodiscard]] StartingGrid starting_grid(const SurfaceMesh& surface,
                                          const StartingGridOptions& options = {});
 

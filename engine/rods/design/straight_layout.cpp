@@ -20,7 +20,7 @@ Eigen::VectorXd integral(const Eigen::VectorXd& x, const Eigen::VectorXd& values
   return sums.array() - middle;
 }
 
-constexpr int kSizings = 6;  // lengths come nearer to what they are to be by a digit in each
+constexpr int kSizings = 6;  // lengths gain a digit in each
 
 Eigen::Vector2d unit_direction(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
@@ -28,8 +28,8 @@ double cross_product(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// Where rods of columns, through places along x, cross those of rows, through places along
-/// `upward`; 3 x joints.
+/// Crossings of the rods of columns, through places along x, with those of rows, through places
+/// along `upward`; 3 x joints.
 Eigen::Matrix3Xd crossings(const GridLines& grid, const Eigen::VectorXd& columns,
                            const Eigen::VectorXd& column_angles, const Eigen::VectorXd& rows,
                            const Eigen::VectorXd& row_angles, const Eigen::Vector2d& upward) {
@@ -46,7 +46,7 @@ Eigen::Matrix3Xd crossings(const GridLines& grid, const Eigen::VectorXd& columns
   return points;
 }
 
-/// Places whose gaps grow by what lengths lack of those that are wanted.
+/// Places whose gaps grow by the missing part of the required lengths.
 template <class Length>
 void stretch(Eigen::VectorXd& places, const Eigen::VectorXd& target_places, const Length& length) {
   const Eigen::VectorXd last = places;
@@ -63,7 +63,7 @@ void stretch(Eigen::VectorXd& places, const Eigen::VectorXd& target_places, cons
 Eigen::Matrix3Xd draw(const GridLines& grid, const StraightLayout& layout) {
   const double c0 = std::cos(layout.flat_angle), s0 = std::sin(layout.flat_angle);
   const double c1 = std::cos(layout.open_angle), s1 = std::sin(layout.open_angle);
-  // Of K, in -f' and -g'.
+  // Share of K in -f' and -g'.
   const double share = layout.curvature.vanishes() ? 0 : 2 * std::pow(s0 * s1, 2) / (c0 - c1);
   const double half = 0.5 * layout.curvature.mean;
   const double f_0 = layout.columns_widen - c0 * layout.rows_widen,

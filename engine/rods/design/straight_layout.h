@@ -7,13 +7,13 @@
 
 namespace limber::rods {
 
-/// What two families of straight rods in the plane are drawn for.
+/// Input of a layout: the shape for which two families of straight rods in the plane are drawn.
 ///
-/// Opened in its plane, a grid of parallel rods stays flat. One whose rods change their directions
-/// from neighbour to neighbour does not: lengths that fit the plane at one angle do not at another,
-/// and rods that are stiff sideways leave it for a surface on which they are straight. To first
-/// order in how lengths and angles vary, with lengths 1 + a along rows (u) and 1 + b along columns
-/// (v), straight at the angle alpha_0 means
+/// Opened in its plane, a grid of parallel rods stays flat. A grid whose rods change their
+/// directions from neighbour to neighbour does not. Its lengths fit the plane at one angle but not
+/// at another, and rods that are stiff sideways leave it for a surface on which they are straight.
+/// To first order in how lengths and angles vary, with lengths 1 + a along rows (u) and 1 + b along
+/// columns (v), straight at the angle alpha_0 means
 ///
 ///   b_u = f(v) + cos(alpha_0) a_v,  a_v = g(u) + cos(alpha_0) b_u,
 ///
@@ -22,9 +22,9 @@ namespace limber::rods {
 ///
 ///   K = -(cos(alpha_0) - cos(alpha_1)) (f' + g') / (2 sin^2(alpha_0) sin^2(alpha_1))
 ///
-/// (from K = -(a_vv - F_uv + b_uu) / sin^2(alpha), F = cos(alpha) (a + b) - sin(alpha) theta). So
-/// the directions of columns' rods are the second integral of K's share along columns, and those of
-/// rows' rods of the share along rows.
+/// (from K = -(a_vv - F_uv + b_uu) / sin^2(alpha), F = cos(alpha) (a + b) - sin(alpha) theta). The
+/// directions of columns' rods are therefore the second integral of K's share along columns, and
+/// those of rows' rods of the share along rows.
 struct StraightLayout {
   /// Places along rows, ascending, 0 in the middle [length]: so far columns lie apart in the mean
   /// of all rows.
@@ -41,8 +41,8 @@ struct StraightLayout {
 /// Joints where the rods cross, 3 x joints in the plane z = 0.
 [[nodiscard]] Eigen::Matrix3Xd draw(const GridLines& grid, const StraightLayout& layout);
 
-/// Leaves so much of what rows and columns widen by, and of the curvature; without both, rods of a
-/// family are parallel.
+/// Keeps this share of the widening of rows and columns, and of the curvature; without both, rods
+/// of a family are parallel.
 void fan_less(StraightLayout& layout, double share);
 void curve_less(StraightLayout& layout, double share);
 

@@ -11,7 +11,7 @@ struct SurfaceMesh {
   Eigen::Matrix3Xi triangles;  // 3 x t, vertex indices from 0
 };
 
-/// Refuses what is no surface.
+/// Refuses meshes that are no surface.
 /// @throws Error with field surface.triangles: {kInvalidArgument} where there are none, or none has
 /// an area; surface.vertices[i]: {kInvalidArgument} coordinates that are not finite;
 /// surface.triangles[i]: {kOutOfRange} a vertex that is not there

@@ -8,10 +8,11 @@ namespace limber::rods {
 
 struct PointSurfaceOptions {
   /// Triangles with a longer side are left out, so that hollows of the rim and holes stay open
-  /// [length], >= 0; 0: four times the median of the triangles' longest sides.
+  /// [length]. A limit of 0 stands for four times the median of the triangles' longest sides; else
+  /// > 0.
   double largest_gap = 0;
-  /// How steep triangles may stand over the points' plane [rad], in (0, pi/2): where those of a
-  /// tenth of the area are steeper, the points are not believed to lie on a height field.
+  /// Largest slope of triangles over the points' plane [rad], in (0, pi/2). If those of a tenth of
+  /// the area are steeper, the points are not accepted as a height field.
   double steepest = 1.4;
 
   /// @throws Error{kInvalidArgument} naming the member
@@ -19,7 +20,7 @@ struct PointSurfaceOptions {
 };
 
 /// A surface inferred from points in no order: their Delaunay triangles over the plane that fits
-/// them best. Vertices are the points. For what is no height field (closed, overhanging),
+/// them best. Vertices are the points. For surfaces that are no height field (closed, overhanging),
 /// surface_through_joints knows the neighbours.
 /// @param points  3 x n
 /// @throws Error{kInvalidArgument}: points[i] where coordinates are not finite, or one lies over

@@ -13,7 +13,7 @@ struct ClosestPoint {
   Eigen::Matrix3d derivative = Eigen::Matrix3d::Zero();
 };
 
-/// What a linkage is to deploy towards.
+/// Target surface of a deployed linkage.
 class TargetSurface {
  public:
   TargetSurface() = default;
@@ -22,7 +22,7 @@ class TargetSurface {
   virtual ~TargetSurface() = default;
 
   [[nodiscard]] virtual ClosestPoint closest(const Eigen::Vector3d& point) const = 0;
-  /// Of all of it [length^2]; infinite for what has no end.
+  /// Total area [length^2]; infinite for surfaces without end.
   [[nodiscard]] virtual double area() const { return std::numeric_limits<double>::infinity(); }
 };
 

@@ -6,10 +6,10 @@
 
 namespace limber::rods {
 
-/// The point of one triangle that is closest to one in space, by the region of space (of a face,
-/// three edges, three vertices) that the point is in (Ericson, Real-Time Collision Detection, 2005,
-/// sec. 5.1.5). Regions are closed: where two meet, a vertex comes before an edge, an edge before
-/// the face.
+/// The point of a triangle that is closest to a point in space. It is found by the region of space
+/// (of a face, three edges, three vertices) that the point is in (Ericson, Real-Time Collision
+/// Detection, 2005, sec. 5.1.5). Regions are closed: where two meet, a vertex comes before an edge,
+/// an edge before the face.
 /// @param corners  in columns, with an area
 [[nodiscard]] ClosestPoint project_onto_triangle(const Eigen::Matrix3d& corners,
                                                  const Eigen::Vector3d& point);

@@ -7,11 +7,11 @@
 
 namespace limber::rods::detail {
 
-/// A step with what the quadratic model says of it.
+/// A step with its values by the quadratic model.
 struct ModelStep {
   Eigen::VectorXd p, bent;  // bent: H p
   bool at_rim = false;      // of the trust region
-  bool complete = false;    // the model's least, to the residual that was asked for
+  bool complete = false;    // the model's least, to the requested residual
 };
 
 struct TrustRegion {
@@ -21,7 +21,7 @@ struct TrustRegion {
 };
 
 /// Conjugate gradients from nothing until the region's rim, negative curvature, or a small residual
-/// (Steihaug 1983), preconditioned by what the memory knows. The region is measured by the same
+/// (Steihaug 1983), preconditioned by the curvature memory. The region is measured by the same
 /// matrix, so that a step may go far where the function hardly changes. The memory learns.
 /// @param slope  g; components that are zero do not move
 /// @param product  H v

@@ -12,7 +12,7 @@
 namespace limber::rods::detail {
 namespace {
 
-/// Of the mean angle's moment: moments that differ by less are the same.
+/// Share of the mean angle's moment: moments that differ by less are the same.
 constexpr double kEqual = 1e-6;
 /// Largest difference of angles that count as equal [rad].
 constexpr double kSameAngle = 1e-9;
@@ -105,7 +105,7 @@ std::vector<JointLoad> released_reactions(const LinkageModel& model,
                                           const Conditions& from, const Conditions& to) {
   const int joints = model.variables().joints();
   const Held before(joints, from), after(joints, to);
-  double mean = 0;  // what the mean angle exerts before and after
+  double mean = 0;  // moments of the mean angle before and after
   if (from.mean_opening_angle && to.mean_opening_angle) {
     for (const JointLoad& load : reactions)
       if (before.angle[load.joint] == 0) mean = load.opening_torque;

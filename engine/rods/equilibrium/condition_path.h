@@ -8,7 +8,7 @@ namespace limber::rods::detail {
 /// Conditions along the path from the present ones to the target.
 class ConditionPath {
  public:
-  /// @param released  what `from` exerts on joints and `to` does not
+  /// @param released  reactions of `from` on joints that `to` does not exert
   /// @pre both are valid for the model
   ConditionPath(const LinkageState& start, Conditions from, Conditions to,
                 std::vector<JointLoad> released);
@@ -26,8 +26,8 @@ class ConditionPath {
   double mean_angle_;
 };
 
-/// What is left of the reactions at the joints when `to` replaces `from`: those of pins and
-/// angles that `to` does not hold.
+/// Remaining reactions at the joints when `to` replaces `from`: those of pins and angles that `to`
+/// does not hold.
 /// @param reactions  under `from`, see LinkageEquilibrium::reactions
 [[nodiscard]] std::vector<JointLoad> released_reactions(const LinkageModel& model,
                                                         const std::vector<JointLoad>& reactions,

@@ -117,7 +117,7 @@ ConditionTerms::Potential ConditionTerms::potential(const LinkageState& state) c
   return result;
 }
 
-/// A derivative by a vertex, whoever moves it.
+/// Adds a derivative by a vertex, no matter which unknowns move it.
 void ConditionTerms::add_to_vertex(int segment, int vertex, const Eigen::Vector3d& value,
                                    Eigen::Ref<Eigen::VectorXd> gradient) {
   const int unknown = model_.variables().position(segment, vertex);

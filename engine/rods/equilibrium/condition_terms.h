@@ -43,7 +43,7 @@ class ConditionTerms {
   /// The moment on an unknown of a joint's rotation, else 0.
   [[nodiscard]] const Eigen::VectorXd& moments() const { return moments_; }
 
-  /// Adds to what LinkageAssembly::hessian has left. The matrix of a moment is skew and has no part
+  /// Adds to the result of LinkageAssembly::hessian. The matrix of a moment is skew and has no part
   /// in a symmetric one: MomentTangent has it.
   void add(const LinkageState& state, Eigen::VectorXd& gradient, CondensedMatrix& hessian) {
     add_both(state, gradient, &hessian);
@@ -54,15 +54,15 @@ class ConditionTerms {
 
   [[nodiscard]] const std::vector<SpringPoint>& springs() const { return springs_; }
   [[nodiscard]] Eigen::Vector3d place(const LinkageState& state, const SpringPoint& spring) const;
-  /// What a spring does to the linkage [force].
+  /// Force of a spring on the linkage [force].
   [[nodiscard]] Eigen::Vector3d pull(const LinkageState& state, const SpringPoint& spring) const {
     return spring.stiffness * (spring.target - place(state, spring));
   }
-  /// Of the last gradient: what springs and weight on the edge at a segment's end have of it by the
-  /// unknowns of the joint there. @param state  of that gradient
+  /// Part of the last gradient due to springs and weight on the edge at a segment's end, by the
+  /// unknowns of the joint there. @param state of that gradient
   [[nodiscard]] Eigen::Matrix<double, kJointUnknowns, 1> end_gradient(const LinkageState& state,
                                                                       int segment, End end) const;
-  /// Of a segment's rod.
+  /// Rod of a segment.
   [[nodiscard]] Eigen::Vector3d weight(int segment) const;
   /// Forces and torques at joints, along their unknowns.
   [[nodiscard]] const Eigen::VectorXd& joint_loads() const { return loads_; }

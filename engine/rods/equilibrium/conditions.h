@@ -9,14 +9,14 @@
 
 namespace limber::rods {
 
-/// What a pin keeps as it is.
+/// Quantities that a pin keeps unchanged.
 enum class Hold { kMotion, kAngle, kMotionAndAngle };
 
 /// A joint that stays: its position and rotation, its opening angle, or both.
 struct JointPin {
   int joint = -1;
   Hold hold = Hold::kMotion;
-  /// Where to move the joint, with Hold::kMotion or kMotionAndAngle; empty: where it is [length].
+  /// Target of the joint, with Hold::kMotion or kMotionAndAngle; empty: its present place [length].
   std::optional<Eigen::Vector3d> position = {};
 };
 
@@ -71,7 +71,7 @@ struct Gravity {
   double mass_per_length = 0;                              // of a rod [mass/length], >= 0
 };
 
-/// What a linkage is asked to obey while it looks for its equilibrium. A plain value.
+/// Conditions on a linkage during the search for its equilibrium. A plain value.
 ///
 /// A component that no pin, spring or load touches keeps its place in space by itself.
 struct Conditions {
@@ -85,9 +85,9 @@ struct Conditions {
   /// (0, 1).
   double shortest_joint_edge = 1e-3;
 
-  /// @throws Error naming the member, e.g. pins[2].joint: {kOutOfRange} for joints, segments and
-  /// vertices that are not there; {kInvalidArgument} for the same joint twice, an angle that is
-  /// pinned and set, angles that cannot be reached, a mean of angles that are all prescribed, and
+  /// @throws Error naming the member, e.g. pins[2].joint. Joints, segments and vertices that do not
+  /// exist: {kOutOfRange}. All others are {kInvalidArgument}: the same joint twice, an angle that
+  /// is pinned and set, angles that cannot be reached, a mean of angles that are all prescribed,
   /// numbers that are not finite
   void validate(const LinkageModel& model) const;
 };

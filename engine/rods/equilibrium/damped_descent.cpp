@@ -11,7 +11,7 @@ namespace {
 
 // None of these numbers is known to have been tuned.
 
-// What a step should move: turns [rad], lengths as shares of the linkage's extent.
+// Intended motion of a step: turns [rad], lengths as shares of the linkage's extent.
 constexpr double kTurn = 0.08;
 constexpr double kDampingShare = 0.02;  // of the extent
 // A step that moves by more than this multiple is tried again with springs stiffer by a factor, so
@@ -26,7 +26,8 @@ constexpr double kMaxFading = 1.0 / 32;
 constexpr double kMaxGrowth = 1.5;  // of the stiffness, from step to step
 // The same, of those that had to be made stronger: something falls where they are too weak.
 constexpr double kCarefulFading = 0.4;
-// Of what a step should move: what has gone less far with springs of next to no stiffness is there.
+// Share of a step's intended motion: a shape that moves less with springs of next to no stiffness
+// has arrived.
 constexpr double kNearMinimum = 0.02;
 constexpr double kNoStiffness = 1e-4;  // of the first stiffness
 constexpr int kMaxSteps = 400;         // of one descent

@@ -9,13 +9,15 @@
 
 namespace limber::rods::detail {
 
-/// Goes down to an equilibrium as in a medium that resists: each step is the equilibrium with
-/// springs that pull every vertex back to where the step began (the proximal point method;
-/// Rockafellar 1976), as weak as lets a step move far enough and no farther. The potential falls
-/// with every step, and the shape is led continuously through what is unstable without the medium.
+/// Descends to an equilibrium as in a medium that resists (the proximal point method; Rockafellar
+/// 1976). Each step is the equilibrium with springs that pull every vertex back to where the step
+/// began. The springs are as weak as lets a step move far enough and no farther. The potential
+/// falls with every step, and the shape moves continuously through states that are unstable without
+/// the medium.
 ///
-/// For what is released: a reaction that fades as a load does not lead there, since what is stable
-/// while a place is held need not be so under its force. And for branches that are lost.
+/// It is used for released conditions. A reaction that fades as a load does not lead there: a state
+/// that is stable while a place is held may be unstable under its force. It is also used for lost
+/// branches.
 class DampedDescent {
  public:
   struct Step {
@@ -26,7 +28,7 @@ class DampedDescent {
   using OnStep = std::function<void(const Step& step, const LinkageState& state)>;
   /// Sees the reports of tries that were given up.
   using OnFailure = std::function<void(const EquilibriumReport&)>;
-  /// Whether a shape may be gone through.
+  /// Whether the descent may pass through a shape.
   using Allows = std::function<bool(const LinkageState&)>;
 
   /// @param conditions  to come into equilibrium under; positions and angles may be along a path
@@ -45,7 +47,7 @@ class DampedDescent {
   End run(LinkageState& state, const EquilibriumOptions& options, const JobContext& context,
           const OnStep& on_step, const OnFailure& on_failure, const Allows& allows = {});
 
-  /// What the state is in equilibrium under.
+  /// Conditions under which the state is in equilibrium.
   [[nodiscard]] const Conditions& held() const { return held_; }
   /// Sum of the increments of the steps, in the reduced unknowns.
   [[nodiscard]] const Eigen::VectorXd& increment() const { return increment_; }

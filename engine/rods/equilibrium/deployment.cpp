@@ -30,20 +30,20 @@ void check_share(const char* name, double value) {
 /// Above this share of its squared length, weighed, the path went along the softest direction.
 constexpr double kAlongSoftest = 0.5;
 
-// Of the tolerance of steps: little pushes a shape down from where its branch is just lost.
+// Share of the step tolerance: forces hardly push a shape down from where its branch is just lost.
 constexpr double kDescentTolerance = 0.01;
 // Iterations in which a branch beside one that lost its stability is reached, if it is near.
 constexpr int kNearBranch = 12;
-// The same for one that is far, before it is looked for as in a medium that resists.
+// The same for one that is far, before the search for it as in a medium that resists.
 constexpr int kFarBranch = 100;
-// Where a branch is lost is located to this part of a step.
+// The place where a branch is lost is located to this part of a step.
 constexpr double kLostSteps = 4;
 constexpr double kNoProgress = std::numeric_limits<double>::infinity();  // no loss is known
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
 constexpr double kAhead = 1e-3;  // of a step
-// A saddle that is left by less than this is none of the structure but of what forces are left.
+// A saddle that is left by less than this is due to the remaining forces, not to the structure.
 constexpr double kBeside = 1e-3;  // [rad]
 
 class Deployment {
@@ -87,12 +87,12 @@ class Deployment {
     EquilibriumReport report;
     Eigen::VectorXd increment;
     double error = 0;
-    double beside = 0;  // the same without what moves freely
+    double beside = 0;  // the same without free motions
     bool predicted = false;
   };
 
-  /// What is released goes first, the rest of the path after it; where that finds no equilibrium,
-  /// the reactions fade along the path. @returns whether there is more to do
+  /// Applies released conditions first, the rest of the path after them; if that finds no
+  /// equilibrium, the reactions fade along the path. @returns whether there is more to do
   bool release(const JobContext& context, const StepCallback& on_step) {
     if (released_.empty()) return true;
     detail::DampedDescent descent(equilibrium_, path_.at(0));
@@ -171,7 +171,7 @@ class Deployment {
     solve(conditions, options, context, trial);
     if (trial.report.status == EquilibriumStatus::kSaddle && options_.last.max_escapes > 0) {
       options.max_escapes = options_.last.max_escapes;
-      // Another branch that is not near is looked for from as far along this one as it goes.
+      // The search for another branch that is not near starts as far along this one as it goes.
       const bool near_only = shortenable(length) && !locates_loss(length);
       options.max_iterations =
           std::min(options_.last.max_iterations, near_only ? kNearBranch : kFarBranch);
@@ -202,7 +202,7 @@ class Deployment {
     Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, 0, false};
     const Conditions conditions = path_.at(progress_ + length);
     detail::DampedDescent descent(equilibrium_, conditions);
-    // What winds a joint up does so without end: it has no equilibrium that counts.
+    // A load that winds a joint up does so without end: it has no equilibrium that counts.
     const auto end = descend(
         descent, trial.state, context,
         [&](const auto& step) { trial.report.iterations += step.report.iterations; },
@@ -232,7 +232,7 @@ class Deployment {
     trial.report.escapes += before.escapes;
   }
 
-  /// Where the branch was lost before it is so again: halfway there, until that is near.
+  /// Approaches the place where the branch was lost, by halves of the distance until it is near.
   void approach_loss() {
     const double left = lost_at_ - progress_;
     if (left < options_.smallest_step) {
@@ -251,8 +251,8 @@ class Deployment {
     return length > 1.5 * options_.smallest_step;
   }
 
-  /// Where stability is lost a branch is gone, however short the step: a few tries tell whether it
-  /// went on for a while.
+  /// A branch whose stability is lost has ended, however short the step: a few tries tell whether
+  /// it continued for a while.
   [[nodiscard]] bool worth_retrying(const Trial& trial, double length) const {
     const bool lost = trial.report.escapes > 0;
     return shortenable(length) && !(lost && locates_loss(length));
@@ -263,7 +263,7 @@ class Deployment {
     length_ /= 2;
   }
 
-  /// What is too much for a linkage tosses it from branch to branch, or holds it up.
+  /// Excessive requests make a linkage jump between branches, or stop its progress.
   [[nodiscard]] bool too_much() {
     const int ends = report_.branchings + report_.limit_points + report_.jumps;
     const int iterations = report_.iterations - tenth_iterations_;
@@ -319,7 +319,7 @@ class Deployment {
           cancel();
           return false;
         }
-        // Where two directions are nearly without resistance, a step of another length may get on.
+        // If two directions are nearly without resistance, a step of another length may succeed.
         if (trial.report.status == EquilibriumStatus::kIterationLimit && shortenable(length_)) {
           shorten();
           continue;

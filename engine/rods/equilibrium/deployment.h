@@ -17,13 +17,13 @@ struct DeploymentOptions {
   double smallest_step = 0.0005;
   /// EquilibriumOptions::tolerance of all steps but the last, in (0, 1).
   double step_tolerance = 1e-4;
-  /// A step that ends this far [rad] from where it was looked for has jumped, > 0.
+  /// A step that ends this far [rad] from its prediction has jumped, > 0.
   double jump_turn = 0.5;
   /// Newton steps that a step may take before a shorter one is tried, > 0.
   int patience = 30;
   EquilibriumOptions last;  // for the end of the path, and for steps that cannot be shortened
-  /// Branches that may end, lose their stability or be lost before the path is given up, > 0: what
-  /// is too much for a linkage makes it jump between branches.
+  /// Branches that may end, lose their stability or be lost before the path is given up, > 0.
+  /// Excessive requests make a linkage jump between branches.
   int most_ends = 20;
   /// Newton steps in which a tenth of the path is passed, or it is given up, > 0. More where steps
   /// are much shorter than by default.
@@ -45,17 +45,16 @@ struct DeploymentStep {
   double mean_opening_angle = 0;  // [rad]
   double energy = 0;              // elastic
   int iterations = 0;
-  /// Unstable directions met while this step was looked for.
+  /// Unstable directions met during the search for this step.
   int negative_eigenvalues = 0;
-  /// How far the equilibrium was from where it was looked for [rad].
+  /// Distance of the equilibrium from its prediction [rad].
   double prediction_error = 0;
   BranchEvent event = BranchEvent::kNone;
 };
 
 enum class DeploymentStatus { kReached, kStopped, kCancelled };
 
-/// Which of the joints that conditions hold resist most, with the loads that would take the place
-/// of what holds them.
+/// The held joints that resist most, with the loads that would replace their supports.
 struct Resistance {
   std::optional<JointLoad> pin;    // the greatest force
   std::optional<JointLoad> angle;  // the greatest opening torque, of angles that are set
@@ -88,15 +87,15 @@ using StepCallback = std::function<void(const DeploymentStep& step, const Linkag
 
 /// Leads a linkage from its present shape to other conditions, one equilibrium after the other.
 ///
-/// Opening angles, single ones and the mean, and pins with a position go from where they are to
-/// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`; all
-/// else is as in `to`. What `from` holds and `to` does not is released before, as in a medium that
-/// resists (steps with progress 0, along which the potential falls); where that finds no
-/// equilibrium its reactions fade along the path like loads. Where the present shape is no
-/// equilibrium the first step brings it to one. Follows one branch: each step starts from an
-/// extrapolation of those before, and one that ends elsewhere is tried again with half its length;
-/// a branch that ends is left, which the report says. No joint turns over: the path stops before.
-/// Backwards is the same with other conditions.
+/// Opening angles (single ones and the mean) and pins with a position go from their present values
+/// to those of `to`. Springs, loads and weight fade from those of `from` to those of `to`; all else
+/// is as in `to`. Conditions that `from` holds and `to` does not are released before, as in a
+/// medium that resists (steps with progress 0, along which the potential falls). If that finds no
+/// equilibrium, their reactions fade along the path like loads. If the present shape is no
+/// equilibrium, the first step brings it to one. The solver follows one branch. Each step starts
+/// from an extrapolation of those before, and one that ends elsewhere is tried again with half its
+/// length. A branch that ends is left, and the report says so. No joint turns over: the path stops
+/// before. Backwards is the same with other conditions.
 ///
 /// @param state  becomes the last equilibrium reached
 /// @throws Error as Conditions::validate and DeploymentOptions::validate

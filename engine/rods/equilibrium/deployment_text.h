@@ -10,7 +10,7 @@ namespace limber::rods::detail {
 [[nodiscard]] Resistance greatest_resistance(LinkageEquilibrium& equilibrium,
                                              const LinkageState& state, const Conditions& held);
 
-/// What happened to the branch and where; empty where nothing did.
+/// Events of the branch and their places; empty if there are none.
 [[nodiscard]] std::string describe_events(const std::vector<DeploymentStep>& path);
 
 }  // namespace limber::rods::detail

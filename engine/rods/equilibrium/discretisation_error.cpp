@@ -14,7 +14,7 @@
 namespace limber::rods {
 namespace {
 
-/// What halving changes, of the whole error: 1 - (1/2)^2 for a scheme of second order.
+/// Share of the whole error that halving changes: 1 - (1/2)^2 for a scheme of second order.
 constexpr double kChangedShare = 0.75;
 /// Turned by more than that, the shape with half edges may be on another branch [rad].
 constexpr double kSameBranch = 1;

@@ -12,22 +12,22 @@
 namespace limber::rods {
 
 /// An equilibrium against the limit of ever finer edges, estimated from the one with half edges.
-/// All forms of bending are of second order: what halving changes is three quarters of the error.
+/// All forms of bending are of second order: halving removes three quarters of the error.
 struct DiscretisationError {
-  /// Largest distance of a joint, a free end or a vertex from where the limit has it [length], and
-  /// the segment where that is, with the joint at its end that is next to it (-1: none).
+  /// Largest distance of a joint, a free end or a vertex from its place in the limit [length]. Also
+  /// the segment where that is, with the joint at its nearer end (-1: none).
   double max_distance = 0;
   int worst_segment = 0;
   int worst_joint = -1;
-  /// Of the elastic energy, relative to that of the limit; 0 where there is none.
+  /// Error of the elastic energy, relative to that of the limit; 0 if there is none.
   double energy_error = 0;
   int edges = 0;           // of all segments of the given linkage
   int compared_edges = 0;  // and of the one with half edges
   int iterations = 0;      // Newton steps from the one to the other
-  /// Of each segment: what halving changes of its elastic energy [force length].
+  /// For each segment: change of its elastic energy by halving [force length].
   Eigen::VectorXd energy_changes;
-  /// Of the largest stress of a segment (largest_stresses): the greatest error of all segments, the
-  /// segment that has it, and its share of the largest stress of all. Empty: not requested.
+  /// Error of the largest stress of a segment (largest_stresses): the greatest error of all
+  /// segments, its segment, and its share of the largest stress of all. Empty: not requested.
   struct Stress {
     double error = 0;  // [force/length^2]
     double share = 0;

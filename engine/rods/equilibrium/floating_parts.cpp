@@ -13,12 +13,12 @@
 namespace limber::rods {
 namespace {
 
-/// Of the longest extent, squared: points that spread less beside a line lie on it.
+/// Share of the longest extent, squared: points that spread less from a line are on it.
 constexpr double kLine = 1e-12;
-/// Of a motion: what others leave of it is none of its own.
+/// Share of a motion: a smaller remainder after removal of the other motions is zero.
 constexpr double kSamePosition = 1e-6;
 
-/// From what nothing touches to what does not move freely at all.
+/// From untouched parts to parts that do not move freely at all.
 enum class Touch : char { kNothing, kLoads, kHeld };
 
 /// By component.
@@ -75,7 +75,7 @@ Eigen::Matrix3d best_rotation(const Eigen::Matrix3Xd& points, const Eigen::Matri
   return u * Eigen::Vector3d(1, 1, side).asDiagonal() * v.transpose();
 }
 
-/// Of the vertices and joints of a part.
+/// Increment of the vertices and joints of a part.
 /// @param shift  of a place
 template <class Shift>
 Eigen::VectorXd shift_of_places(const LinkageModel& model, const LinkageState& state, int component,
@@ -151,7 +151,7 @@ FreeMotions::FreeMotions(const LinkageModel& model, const Conditions& conditions
   }
 }
 
-/// Orthonormal by what vertices and joints move.
+/// Orthonormal by the motion of vertices and joints.
 void FreeMotions::add(const LinkageModel& model, const LinkageState& state, int component,
                       const Eigen::Vector3d& about, const Eigen::Matrix<double, 6, 1>& direction) {
   const ReducedVariables& variables = model.variables();

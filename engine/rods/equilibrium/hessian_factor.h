@@ -11,13 +11,13 @@
 
 namespace limber::rods {
 
-/// A linkage's Hessian H in one state, factored under what is held there:
+/// A linkage's Hessian H in one state, factored under the constraints there:
 ///
 ///   K = [ H  A^T ]
 ///       [ A   0  ]
 ///
-/// with rows and columns of fixed unknowns those of the identity. Written by who factors; stays
-/// where it is, since its parts refer to each other.
+/// with rows and columns of fixed unknowns those of the identity. The caller that factors writes
+/// it; it is not movable, since its parts refer to each other.
 struct HessianFactor {
   explicit HessianFactor(std::shared_ptr<const ChainBatches> structure)
       : solver(std::move(structure)) {}

@@ -10,7 +10,7 @@ namespace {
 
 /// A spring stiffness below this share of the largest holds nothing.
 constexpr double kHolds = 1e-9;
-/// Of what bends the whole linkage.
+/// Share of the stiffness that bends the whole linkage.
 constexpr double kWeakStiffness = 1e-2;
 
 using Matrix36 = Eigen::Matrix<double, 3, 6>;

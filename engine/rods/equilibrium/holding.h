@@ -8,13 +8,13 @@
 
 namespace limber::rods::detail {
 
-/// What keeps unknowns from moving freely: pins, set angles, the mean angle, and for components
-/// that float in space a joint that stays.
+/// Constraints on unknowns: pins, set angles, the mean angle, and a fixed joint of each component
+/// that floats in space.
 ///
 /// A component without pins, springs and forces has one joint held: its reactions vanish, so which
-/// one it is does not matter for the shape. One that springs or loads touch but do not hold
+/// one it is does not matter for the shape. A component that springs or loads touch but do not hold
 /// entirely gets a weak stiffness instead, at one joint, against those rigid motions that no spring
-/// resists; it acts on steps, not on forces, and so does not move the equilibrium.
+/// resists. It acts on steps, not on forces, and so does not move the equilibrium.
 class Holding {
  public:
   Holding(const LinkageModel& model, const Conditions& conditions, const ConditionTerms& terms,
@@ -24,7 +24,7 @@ class Holding {
   [[nodiscard]] const std::vector<int>& pinned() const { return pinned_; }
   [[nodiscard]] bool is_pinned(int unknown) const { return is_pinned_[unknown] != 0; }
 
-  /// What is missing to what is prescribed.
+  /// Differences between prescribed and present values.
   struct Gap {
     Eigen::VectorXd pinned;  // by unknown, zero where nothing is prescribed
     Eigen::VectorXd rows;    // of the constraints, after the pinned unknowns have moved
@@ -35,7 +35,7 @@ class Holding {
   /// Linear constraints: none, or the mean of the angles; zero at pinned unknowns.
   [[nodiscard]] const Eigen::MatrixXd& rows() const { return rows_; }
 
-  /// Takes out of a gradient what pins and constraints balance.
+  /// Removes from a gradient the parts that pins and constraints balance.
   /// @returns the force of the mean angle's constraint, 0 without one
   double remove_reactions(Eigen::Ref<Eigen::VectorXd> gradient) const;
 
@@ -78,8 +78,8 @@ class Holding {
                                                       const Eigen::VectorXd& gradient,
                                                       double shortest);
 
-/// What springs resist of rigid motions of a component: a shift, and a turn about a point, which
-/// counts by how far it moves what is a size [length] away.
+/// Resistance of springs to rigid motions of a component: a shift, and a turn about a point. The
+/// turn counts by its motion at a distance of a size [length].
 struct SpringHold {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   SpringHold(const LinkageModel& model, const ConditionTerms& terms, const LinkageState& state,

@@ -86,7 +86,7 @@ bool LengthSystem::factor(const CondensedMatrix& matrix, const LinkageDerivative
   return blocks_.factor().positive_definite();
 }
 
-/// What the chains leave of the joints.
+/// Condensed matrix of the joints.
 void LengthSystem::fill_joints() {
   for (int j = 0; j < model_.variables().joints(); ++j)
     std::copy_n(solver_.condensed_joint(j), BlockLdlt::kEntries, blocks_.diagonal(j));
@@ -100,7 +100,7 @@ void LengthSystem::fill_joints() {
   }
 }
 
-/// What they leave of the lengths, those of a colour at once.
+/// Condensed matrix of the lengths, those of a colour at once.
 void LengthSystem::fill_lengths(double shift_of_length) {
   const int joints_begin = model_.variables().joint_begin(0);
   for (const std::vector<int>& colour : pattern_.colours) {

@@ -18,8 +18,8 @@ namespace limber::rods::detail {
 ///   [ H    B ] [ x ]
 ///   [ B^T  C ] [ L ],
 ///
-/// by the condensed solver for chains. What chains leave couples each length with the joints near
-/// it only: lengths are grouped to more nodes of the joints' block system, so that nothing is
+/// by the condensed solver for chains. The condensed chains couple each length with the joints near
+/// it only. Lengths are grouped to more nodes of the joints' block system, so that nothing is
 /// dense.
 class LengthSystem {
  public:
@@ -40,7 +40,7 @@ class LengthSystem {
   void solve_in_place(LinkageVector& x);
 
  private:
-  /// Where a length is in the block system.
+  /// Place of a length in the block system.
   struct Slot {
     int node;
     int entry;

@@ -12,7 +12,7 @@
 namespace limber::rods {
 namespace {
 
-/// Of the forces present: what pins exert by rounding.
+/// Share of the present forces: pins exert smaller ones by rounding.
 constexpr double kNoReaction = 1e-6;
 
 void refuse_equilibrium_option(const char* name, const char* rule, double value) {
@@ -20,7 +20,7 @@ void refuse_equilibrium_option(const char* name, const char* rule, double value)
               fmt::format("{} must be {}, got {}", name, rule, value));
 }
 
-/// A component as one who sees joints would call it, and what would hold it.
+/// Name of a component by its joints for users, and the supports that would hold it.
 struct Part {
   std::string name, remedy;
 };
@@ -171,7 +171,7 @@ std::unique_ptr<HessianFactor> LinkageEquilibrium::take_factor(
 
 namespace {
 
-/// Where the last solve ended is no start.
+/// Did the last solve end at this state? If so, it is no start.
 bool ended_at(const detail::NewtonWorkspace& work, const LinkageState& state) {
   return std::equal(work.end.begin(), work.end.end(), state.joints().begin(), state.joints().end(),
                     [](const JointState<double>& a, const JointState<double>& b) {

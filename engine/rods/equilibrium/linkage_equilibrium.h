@@ -46,7 +46,7 @@ struct EquilibriumReport {
   int corrections = 0;  // further solves with a factor at hand
   int factorizations = 0;
   int escapes = 0;  // saddles left
-  /// Of what has converged; false: under moments of fixed direction, by slow motions alone.
+  /// For a converged state; false: judged under moments of fixed direction, by slow motions alone.
   bool is_minimum = true;
   RodEnergies energies;  // elastic
   double spring_energy = 0;
@@ -62,7 +62,7 @@ struct EquilibriumReport {
   double turned = 0;
   /// Moment [force length] on every opening angle that holds the mean at its value.
   double mean_angle_moment = 0;
-  std::string message;  // what stopped it
+  std::string message;  // reason of the stop
 
   [[nodiscard]] bool converged() const { return status == EquilibriumStatus::kConverged; }
   [[nodiscard]] double potential() const {
@@ -70,10 +70,10 @@ struct EquilibriumReport {
   }
 };
 
-/// Called with shapes on the way to an equilibrium: after each Newton step with its number, from 1,
-/// and before with 0 after corrections by the factor of the last equilibrium, which take a fraction
-/// of a step. The latter are lower than where the search begins, but it need not continue from
-/// them.
+/// Called with intermediate shapes of the search: after each Newton step with its number, from 1.
+/// Before that, with 0 after corrections by the factor of the last equilibrium, which take a
+/// fraction of a step. The latter are lower than where the search begins, but it need not continue
+/// from them.
 using IterateCallback = std::function<void(int iteration, const LinkageState& state)>;
 
 namespace detail {
@@ -83,10 +83,9 @@ struct NewtonWorkspace;
 /// Finds equilibria of one linkage, again and again: memory, the symbolic factorisation and the
 /// last shift stay. Not from several threads at once.
 ///
-/// Newton's method on the reduced variables (rod linkages, sec. 1.4). Where the Hessian is
-/// indefinite under the constraints, which its factorisation tells, a multiple of the lumped masses
-/// is added; saddles are left along negative curvature. Results do not depend on the number of
-/// threads.
+/// Newton's method on the reduced variables (rod linkages, sec. 1.4). If the factorisation shows
+/// that the Hessian is indefinite under the constraints, a multiple of the lumped masses is added.
+/// Saddles are left along negative curvature. Results do not depend on the number of threads.
 class LinkageEquilibrium {
  public:
   /// @pre the model outlives this; changes of its rest lengths are seen
@@ -108,8 +107,9 @@ class LinkageEquilibrium {
   [[nodiscard]] EquilibriumReport judge(const LinkageState& state, const Conditions& conditions,
                                         const EquilibriumOptions& options = {});
 
-  /// What pins, set angles and the mean angle exert on the joints in a state, as loads in whose
-  /// place they would leave it in balance. Joints that feel nothing beyond rounding are left out.
+  /// Reactions of pins, set angles and the mean angle on the joints in a state. Given as loads,
+  /// they would leave it in balance in place of these. Joints that feel nothing beyond rounding are
+  /// left out.
   /// @throws Error as Conditions::validate
   [[nodiscard]] std::vector<JointLoad> reactions(const LinkageState& state,
                                                  const Conditions& conditions);
@@ -123,19 +123,19 @@ class LinkageEquilibrium {
   /// First-order motions of an equilibrium, in the reduced unknowns; both empty where they are not
   /// known.
   struct Motion {
-    Eigen::VectorXd left;   // what the tolerance has left to go, one Newton step
+    Eigen::VectorXd left;   // remaining motion within the tolerance, one Newton step
     Eigen::VectorXd ahead;  // on to other conditions
   };
   /// With the factor that certified it, two solves.
-  /// @param state  what the last solve has converged to
+  /// @param state  the state to which the last solve has converged
   /// @param here   its conditions
   /// @param ahead  nearby ones, with the same pins
   /// @throws Error as Conditions::validate
   [[nodiscard]] Motion motion(const LinkageState& state, const Conditions& here,
                               const Conditions& ahead);
 
-  /// The factor that certified what the last solve has converged to: of the Hessian there, with no
-  /// shift, and the gradient. Later solves use other memory.
+  /// The factor that certified the result of the last solve: of the Hessian there, with no shift,
+  /// and the gradient. Later solves use other memory.
   /// @param spare  that memory, of the same model's structure; null: made. Stays with the caller
   /// where null is returned
   /// @returns null where the last solve did not converge, where only rounding's shift made the

@@ -15,9 +15,9 @@ namespace {
 constexpr Eigen::Index kMaxColumns = 200;
 constexpr Eigen::Index kColumnsBetweenChecks = 8;
 constexpr double kSettledEigenvalue = 1e-6;  // residual of an eigenvalue, as a share of it
-constexpr double kDependentColumn = 1e-10;   // what is new in one, as a share of it
+constexpr double kDependentColumn = 1e-10;   // new part of one, as a share of it
 
-/// Vectors that are orthonormal by E, and what H^-1 E does to them: each in turn makes the next.
+/// Vectors that are orthonormal by E, and their products with H^-1 E: each in turn makes the next.
 class KrylovBasis {
  public:
   KrylovBasis(const HessianFactor& factor, const MomentTangent::Metric& metric)
@@ -34,7 +34,7 @@ class KrylovBasis {
     return products_.topLeftCorner(size_, count);
   }
 
-  /// @returns a vector by the basis, to which what is new in it has been added if there is room
+  /// @returns a vector by the basis, to which its new part has been added if there is room
   Eigen::VectorXd add(Eigen::VectorXd v) {
     Eigen::VectorXd along = Eigen::VectorXd::Zero(columns_.cols());
     const double all = size_of(v);
@@ -57,7 +57,7 @@ class KrylovBasis {
   }
 
  private:
-  /// E v, but for what is held.
+  /// E v without the held unknowns.
   [[nodiscard]] Eigen::VectorXd weighed(const Eigen::Ref<const Eigen::VectorXd>& v) const {
     Eigen::VectorXd result(v.size());
     metric_.stiffness.multiply(v, result);
@@ -75,7 +75,7 @@ class KrylovBasis {
 };
 
 /// Eigenvalues whose inverses have real parts below a bound <= 0.
-/// @param left  what the space leaves of its products
+/// @param left  remainders of its products outside the space
 /// @returns nothing while one of them is not settled
 std::optional<int> count_below(double bound, const Eigen::MatrixXd& matrix,
                                const Eigen::MatrixXd& left) {
@@ -127,7 +127,7 @@ void MomentTangent::solve_in_place(Eigen::Ref<Eigen::VectorXd> b, Eigen::VectorX
   b -= answers_ * change;
 }
 
-/// With basis Q, products H^-1 E Q = Q T + left and Z = Q R, K x = lambda E x for x = Q y is
+/// For a basis Q with products H^-1 E Q = Q T + left and Z = Q R, K x = lambda E x for x = Q y is
 ///   (I + R B (Q at rotations)) y = lambda T y.
 std::optional<int> MomentTangent::unstable(const Metric& metric) const {
   KrylovBasis basis(factor_, metric);

@@ -12,7 +12,7 @@
 namespace limber::rods::detail {
 namespace {
 
-// Of the potential: gains that its rounding may swallow in large linkages.
+// Share of the potential: its rounding may swallow such gains in large linkages.
 constexpr double kNoise = 1e-10;
 constexpr int kStifferTrials = 4;         // shifts that are tried at most
 constexpr double kStiffening = 1e3;       // factor from one to the next
@@ -20,18 +20,18 @@ constexpr double kDifferenceTurn = 1e-2;  // [rad]
 constexpr int kRecentrings = 2;           // corrections of one trial at most
 constexpr double kLeastRecentred = 0.05;  // share of a step
 constexpr double kWild = 0.5;             // of a step: corrections that turn more are none
-// Shares of the gain that a step promised: poor and good ones; and what follows from them.
+// Shares of the gain that a step promised: poor and good ones; and their consequences.
 constexpr double kPoorModel = 0.1;
 constexpr double kGoodModel = 0.5;             // of the promised gain: the radius may grow
 constexpr double kShrinking = 0.25;            // factor of the trust radius
 constexpr double kLeastTrustRadiusRad = 1e-4;  // [rad]
 constexpr double kFading = 0.2;                // of shifts
-// Times the curvature along a step: what resists more is held while the step is bent.
+// Multiple of the curvature along a step: stiffer directions are held while the step is bent.
 constexpr double kStiff = 1e5;
 constexpr Eigen::Index kLanczosSteps = 60;  // iterations for the softest direction at most
 constexpr double kSettledDirection = 1e-4;  // residual, of the eigenvalue
 constexpr double kFirstEscape = 1e-4;       // [rad]
-// Of what forces gain along a direction, how much more curvature has to.
+// Factor by which the gain of curvature along a direction must exceed that of forces.
 constexpr double kBeyondForces = 4;
 
 }  // namespace
@@ -64,8 +64,8 @@ Eigen::VectorXd NewtonRun::acceleration(const LinkageState& state, const Eigen::
   return a;
 }
 
-/// What a correction has beside a direction: how far to go along it is the step's business, and
-/// where little resists there the corrections that Newton's matrix makes are wild.
+/// The part of a correction beside a direction. The step decides how far to go along it, and the
+/// corrections of Newton's matrix are wild where little resists there.
 Eigen::VectorXd NewtonRun::beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const {
   const Eigen::VectorXd weighed = work_.scales.weights().cwiseProduct(direction);
   x -= (weighed.dot(x) / weighed.dot(direction)) * direction;
@@ -96,8 +96,8 @@ bool NewtonRun::take(LinkageState& state, Step step) {
   }
 }
 
-/// Factors so that only what is stiff beside a step still moves much: steps along valleys are bent
-/// and taken back to the ground without going elsewhere along it.
+/// Factors so that only directions that are stiff compared with a step still move much: steps along
+/// valleys are bent and taken back to the ground without motion elsewhere along it.
 void NewtonRun::hold_soft(const Step& step) {
   double kept = 0;
   factor_shifted(std::min(kStiff * curvature(step), work_.scales.stiffest_eigenvalue()), kept);
@@ -108,7 +108,7 @@ double NewtonRun::curvature(const Step& step) const {
   return -step.slope / step.x.dot(work_.scales.weights().cwiseProduct(step.x));
 }
 
-/// Takes back, with the factor at hand, what a step along a curve has still stretched.
+/// Takes back, with the factor at hand, the remaining stretching by a step along a curve.
 /// @returns whether the potential is below a value then
 bool NewtonRun::recentred(LinkageState& trial, double below, Eigen::VectorXd& x) {
   Eigen::VectorXd back(x.size());
@@ -151,7 +151,7 @@ void NewtonRun::move_prescribed(LinkageState& state, Eigen::VectorXd x) {
   accept(state, std::move(next), x, linear);
 }
 
-/// Where a step's gain is lost in the potential's rounding, forces still tell.
+/// If a step's gain is lost in the potential's rounding, forces still decide.
 bool NewtonRun::calmer(const LinkageState& trial) {
   Eigen::VectorXd gradient(work_.gradient.size());
   (void)work_.assembly.gradient(trial, gradient);
@@ -239,7 +239,7 @@ void NewtonRun::update_trust_radius(const Step& step, double fraction, double ga
   if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
 }
 
-/// (H + shift W)^-1 W v under what is held.
+/// (H + shift W)^-1 W v under the constraints.
 /// @pre the last factor is shifted
 Eigen::VectorXd NewtonRun::softened(const Eigen::VectorXd& v) const {
   Eigen::VectorXd x = work_.scales.weights().cwiseProduct(v);
@@ -261,7 +261,7 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
   Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(most, most);
   Eigen::VectorXd next(weights.size());
   for (double& value : next) value = random.normal();
-  // To where all that follow stay: nothing of it moves what is held.
+  // Projects to the subspace of all later vectors: none of it moves held unknowns.
   next = softened(next.cwiseQuotient(weights.cwiseSqrt()));
   if (size_of(next) == 0) return next;
   Eigen::VectorXd mix;
@@ -284,8 +284,7 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
   return v / work_.scales.largest_turn(model_, state, v);
 }
 
-/// Does the potential fall along the softest direction by more than what is left of the forces
-/// takes it down there?
+/// Does the potential fall along the softest direction by more than the remaining forces explain?
 /// @pre the last factor is shifted
 bool NewtonRun::has_descent_direction(const LinkageState& state) {
   const Eigen::VectorXd direction = softest_direction(state);

@@ -1,4 +1,4 @@
-// Newton's steps: Hessians, their factors, and what follows from them without another one.
+// Newton's steps: Hessians, their factors, and the results that need no other factor.
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +18,8 @@ namespace {
 constexpr double kShiftGrowth = 6;
 // Imbalance that no equilibrium is near to.
 constexpr double kFarShare = 0.3;
-// Forces below kLeft times what balance leaves count as zero: the share of the scale of forces that
-// the tolerance allows, or kFinest where that is smaller.
+// Forces below kLeft times those left in balance count as zero: the share of the scale of forces
+// that the tolerance allows, or kFinest where that is smaller.
 constexpr double kLeft = 10;
 constexpr double kFinest = 1e-8;  // of the scale of forces
 // Imbalance below which the next part of a prescribed path begins; turns of that part [rad].
@@ -75,9 +75,9 @@ void NewtonRun::keep_unshifted_factor() {
   std::swap(work_.factor, work_.unshifted);
 }
 
-/// Factors with no shift, whatever its inertia. Pivots are not exchanged: where they are too small
-/// to solve with, a share of the material stiffness is taken off first. (A symmetric part alone is
-/// singular for arcs of half turns, and a rod between held ends for full ones.)
+/// Factors with no shift, whatever its inertia. Pivots are not exchanged: if they are too small to
+/// solve with, a share of the material stiffness is subtracted first. A symmetric part alone is
+/// singular for arcs of half turns, and a rod between held ends for full ones.
 /// @returns whether the factor solves
 bool NewtonRun::factor_indefinite(const LinkageState& state) {
   const auto is_solved = [&](double max_error) {
@@ -114,14 +114,14 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
   stable_ = least == 0 && factor(0);
   if (stable_) return;
   const int negative = report_.negative_eigenvalues;
-  // Where nothing resists some motion its eigenvalue has any sign.
+  // If nothing resists some motion, its eigenvalue has any sign.
   const bool mechanism =
       work_.mechanism || work_.factor->solver.pivots().vanishing > 0 || balanced();
   stable_ = least == 0 && mechanism && factor(rounding);
   work_.mechanism = stable_;
   if (stable_) return;
   if (least == 0 && report_.max_gradient_scaled > kFarShare) {
-    // Far from balance rods are compressed by steps, not by what they carry.
+    // Far from balance rods are compressed by steps, not by the forces that they carry.
     assemble(state, Compression::kLeftOut);
     const bool convex = factor(0);
     report_.negative_eigenvalues = negative;
@@ -175,9 +175,8 @@ void NewtonRun::shorten(const LinkageState& state, Step& step) {
   shrink(kLoose * radius_, step);
 }
 
-/// Newton's step with the last factor, wherever that was made.
-/// While much is missing to what is prescribed and the linkage has not settled, it settles first:
-/// steps then keep to the constraints as they are.
+/// Newton's step with the last factor, wherever that was made. While prescribed values are far off
+/// and the linkage has not settled, it settles first: steps then keep the constraints unchanged.
 NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
   const bool far = gap_.size >= kSmallGap;
   const bool settled = report_.max_gradient_scaled < kSettled;
@@ -189,7 +188,7 @@ NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
     return step;
   }
   if (!gap_.pinned.isZero(0)) {
-    // Where pinned unknowns go, the others follow.
+    // The other unknowns follow the pinned ones.
     Eigen::VectorXd follow(step.x.size());
     work_.matrix.multiply(gap_.pinned, follow);
     step.x -= follow;
@@ -225,7 +224,7 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
   motion.ahead = here - forces;
   const Eigen::VectorXd moved = next.pinned - gap.pinned;
   if (!moved.isZero(0)) {
-    // Where pinned unknowns go, the others follow.
+    // The other unknowns follow the pinned ones.
     work_.matrix.multiply(moved, forces);
     motion.ahead -= forces;
   }
@@ -269,11 +268,12 @@ bool NewtonRun::chords(LinkageState& state, const IterateCallback& on_iterate) {
   return false;
 }
 
-/// For who watches, where a step with the factor at hand ends higher, since straight motion
-/// stretches rods: a shorter one, or the same factor takes that back. Shows the first of a few
-/// shapes that is lower than the state; the search does not continue from it, so that equilibria
-/// are the same whether anyone watches or not, unless it is interrupted before its first step: then
-/// the next one does. Not interrupted itself: the next edit would only begin it again.
+/// For clients that watch. If a step with the factor at hand ends higher, since straight motion
+/// stretches rods, a shorter one or the same factor corrects that. Shows the first of a few shapes
+/// that is lower than the state. The search does not continue from it, so that equilibria are the
+/// same with and without clients that watch. If the search is interrupted before its first step,
+/// however, the next search starts from it. It is not interrupted itself, since the next edit would
+/// only begin it again.
 void NewtonRun::show_correction(const LinkageState& state, const Step& step,
                                 const IterateCallback& on_iterate) {
   const auto is_lower = [&](const Shown& trial) {
@@ -291,7 +291,7 @@ void NewtonRun::show_correction(const LinkageState& state, const Step& step,
   }
 }
 
-/// Takes back, with the factor at hand, what a step has stretched; how far it goes stays.
+/// Takes back, with the factor at hand, the stretching by a step; the length of the step stays.
 bool NewtonRun::correct(Shown& trial) {
   Eigen::VectorXd& gradient = work_.scratch;
   (void)work_.assembly.gradient(trial.state, gradient);
@@ -324,8 +324,8 @@ void NewtonRun::shrink(double largest, Step& step) {
   step.turn = largest;
 }
 
-/// Is a balanced state stable? What was factored before says nothing of it: the last
-/// step's forces may be what buckles it.
+/// Is a balanced state stable? Earlier factors do not show it: the last step's forces may buckle
+/// it.
 bool NewtonRun::certify(const LinkageState& state) {
   assemble(state, Compression::kBuckles, WeakHolds::kLeftOut);
   stable_ = factor(0);
@@ -337,8 +337,8 @@ bool NewtonRun::certify(const LinkageState& state) {
     if (stable_) return true;
   }
   const int diverging = has_free_moments() ? report_.negative_eigenvalues : negative;
-  // Where nothing resists some motion, its eigenvalue has the sign of rounding, or of what is left
-  // of the forces: if the latter, the potential decides. Coordinates that are rounded press edges
+  // If nothing resists some motion, its eigenvalue has the sign of rounding or of the remaining
+  // forces; in the latter case the potential decides. Coordinates that are rounded press edges
   // together too, also where nothing else does. In all cases such a motion is reported as soft.
   const double rounding_shift = work_.scales.rounding_shift();
   const bool is_rounding = factor(rounding_shift);

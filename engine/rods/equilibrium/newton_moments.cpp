@@ -1,5 +1,5 @@
 // Under moments that keep their direction and have no potential: Newton's method on forces alone,
-// and what stability means.
+// and the meaning of stability.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 constexpr int kMaxMomentIterations = 40;
 constexpr int kMomentPatience = 8;          // iterations without half of the least imbalance
 constexpr double kLargestMomentTurn = 0.3;  // of one iteration [rad]
-// Of what bends at the size of the linkage: resists what material does not.
+// Share of the bending at the size of the linkage: resists motions that the material does not.
 constexpr double kLeastStiffness = 1e-3;
 
 }  // namespace
@@ -40,7 +40,7 @@ void NewtonRun::solve_with_moments(Eigen::VectorXd& right_side, const Eigen::Vec
   MomentTangent(*work_.factor, moments_, terms_.moments()).solve_in_place(right_side, rows);
 }
 
-/// What rods resist whatever they carry.
+/// Assembles the resistance of the rods whatever they carry.
 void NewtonRun::assemble_material(const LinkageState& state) {
   if (!work_.material) work_.material.emplace(model_.chains());
   (void)work_.assembly.hessian(state, work_.scratch, *work_.material, Compression::kUnstressed);
@@ -65,8 +65,8 @@ bool NewtonRun::returns_slowly(const LinkageState& state) {
   return *unstable == 0;
 }
 
-/// From where the Hessian, the symmetric part of the tangent, has lost its definiteness: what falls
-/// along it says nothing. @returns whether the state is balanced then; else it is as it was
+/// Starts where the Hessian, the symmetric part of the tangent, is no longer definite: descent
+/// along it means nothing. @returns whether the state is balanced then; else it is unchanged
 bool NewtonRun::balance_with_moments(LinkageState& state) {
   if (!has_moment_tangent()) return false;
   const LinkageState start = state;

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kGapTolerance = 1e-12;      // gap of prescribed values that counts as closed
 constexpr double kRelativeRounding = 1e-13;  // of the potential's size
-// Imbalance below which edges carry what they are expected to.
+// Imbalance below which edges carry their expected tensions.
 constexpr double kNearSolution = 1e-3;
 // Imbalance from which Newton's method with the full tangent of moments is tried at once.
 constexpr double kNearMoments = 0.3;
 // Imbalance, and share of the turn that steps may have, that creep up to a saddle.
 constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;  // of the allowed turn
-// Of the work of loads: what rounding may leave of it, at once and where Newton's steps leave it.
+// Share of the work of loads that rounding may leave, at once and where Newton's steps leave it.
 constexpr double kEnergyNoise = 1e-6;
 constexpr double kMaxNoise = 1e-2;  // of the work of loads, where Newton's steps leave it
 // A step that moves nothing: turns [rad], and motions as shares of the extent.
@@ -65,7 +65,7 @@ NewtonWorkspace& NewtonWorkspace::for_present_sections() {
 }
 
 void NewtonWorkspace::begin_at(const LinkageState& state) {
-  // A guess that was announced is near an equilibrium, and what it left is forgotten already.
+  // An announced guess is near an equilibrium, and data of the last search is discarded already.
   if (expected) return;
   const bool near = std::equal(end.begin(), end.end(), state.joints().begin(), state.joints().end(),
                                [](const JointState<double>& a, const JointState<double>& b) {
@@ -157,9 +157,10 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
   return report_;
 }
 
-/// Before everything that takes as long as a factor: who drags waits no longer than for one of
-/// them. Only accept() changes the state before, so that it is the last iterate. Who watches has
-/// seen a shape then: solves of which each is interrupted by the next would get nowhere.
+/// Called before everything that takes as long as a factor, so that an edit waits for one of them
+/// at most. Only accept() changes the state before, so that it is the last iterate. A watched solve
+/// has shown a shape then: otherwise solves that are each interrupted by the next would make no
+/// progress.
 void NewtonRun::throw_if_interrupted() const {
   if (cancellation_.requested() && (has_shown_ || !is_watched_)) throw Interrupted{};
 }
@@ -170,8 +171,8 @@ void NewtonRun::show(const LinkageState& state, const IterateCallback& on_iterat
   on_iterate(report_.iterations, state);
 }
 
-/// What comes next begins with what serves it best: the shape that was shown, and a factor that is
-/// that of a Hessian.
+/// Prepares the best start for the next solve: the shape that was shown, and a factor of a true
+/// Hessian.
 void NewtonRun::interrupt(LinkageState& state) {
   if (shown_) {
     work_.total_increment += shown_->increment;
@@ -245,7 +246,7 @@ void NewtonRun::search(LinkageState& state, const IterateCallback& on_iterate) {
   }
 }
 
-/// Energy, gradient and what is to be judged by them.
+/// Computes energy, gradient and the scales that judge them.
 void NewtonRun::evaluate(const LinkageState& state) {
   report_.energies = work_.assembly.gradient(state, work_.gradient);
   terms_.add_gradient(state, work_.gradient);
@@ -266,7 +267,8 @@ void NewtonRun::evaluate(const LinkageState& state) {
   report_.max_gradient_scaled = work_.scales.imbalance(free, scale_, options_.tolerance, beyond_);
 }
 
-/// What holds and bounds leave of the gradient. @returns the moment of the mean angle's constraint
+/// Gradient without the parts that constraints and bounds take. @returns the moment of the mean
+/// angle's constraint
 double NewtonRun::free_gradient(Eigen::VectorXd& free) const {
   free = work_.gradient;
   const double moment = holding_.remove_reactions(free);
@@ -314,11 +316,11 @@ bool NewtonRun::balanced() const {
   return gap_.size <= kGapTolerance && report_.max_gradient_scaled <= options_.tolerance;
 }
 
-/// Is there more than rounding in what the tolerance takes for that? Short edges are so stiff that
-/// rounding of places makes forces in them that are larger than loads elsewhere, but move nothing:
-/// beside the work that loads do when they are put on, both what such forces would do to them in
-/// Newton's step and what it would gain are nothing. Loads themselves do all of it. Without loads
-/// the elastic energy takes the place of their work.
+/// Is there more than rounding in the forces that the tolerance takes for rounding? Short edges are
+/// so stiff that rounding of places makes forces in them that are larger than loads elsewhere, but
+/// move nothing. In Newton's step for such forces, the gain and the work of the loads are nothing,
+/// compared with the work of the loads when they are put on. Unbalanced loads do all of that work.
+/// Without loads the elastic energy takes the place of their work.
 /// @pre the last factor is that of the state
 bool NewtonRun::hides_loads(const LinkageState& state) {
   constexpr double kNothingIsRounding =
@@ -339,7 +341,7 @@ bool NewtonRun::hides_loads(const LinkageState& state) {
     return false;
   double work = report_.energies.total();
   if (loads.isZero(0)) {
-    // What one rod along the whole linkage stores, bent that little, is no stress.
+    // Energy of one rod along the whole linkage, bent that little, is no stress.
     const double nothing = work_.scales.bending() / work_.scales.extent() * kNoBend * kNoBend;
     if (work <= nothing) return false;
   } else {
@@ -348,7 +350,7 @@ bool NewtonRun::hides_loads(const LinkageState& state) {
     work = std::abs(loads.dot(moved));
   }
   const double left = std::max(std::abs(work_.gradient.dot(step)), std::abs(loads.dot(step)));
-  // What Newton's steps leave is rounding, if it is not all.
+  // The part that Newton's steps leave is rounding, if it is not all.
   return !(left <= (hidden_load_checks_ < kHiddenLoadChecks ? kEnergyNoise : kMaxNoise) * work);
 }
 
@@ -385,8 +387,9 @@ double NewtonRun::bound_fraction(const LinkageState& state, const Eigen::VectorX
   return fraction;
 }
 
-/// Short steps where the Hessian is indefinite: the forces say nothing of what is unstable, mostly
-/// by symmetry, and steps would only creep up to a saddle (the hard case: More, Sorensen 1983).
+/// Detects short steps where the Hessian is indefinite. The forces do not show the instability,
+/// mostly by symmetry, and steps would only creep up to a saddle (the hard case: More, Sorensen
+/// 1983).
 bool NewtonRun::towards_saddle(const Step& step) const {
   return indefinite_ && !step.prescribed && gap_.size < kSmallGap &&
          report_.max_gradient_scaled < kHard && step.turn < kCreeping * radius_;

@@ -18,16 +18,16 @@ namespace limber::rods::detail {
 inline constexpr double kSmallGap = 1e-6;
 /// Parts of a step below this are no step.
 inline constexpr double kShortestFraction = 1e-7;
-/// Of the material stiffness, taken off Hessians that are too near to singular.
+/// Share of the material stiffness that is subtracted from nearly singular Hessians.
 inline constexpr double kMaterialShare = 1e-2;
 
-/// What stays from solve to solve.
+/// Data that stays from solve to solve.
 struct NewtonWorkspace {
   explicit NewtonWorkspace(const LinkageModel& linkage);
 
   /// Measures anew where the model's sections have been scaled since.
   NewtonWorkspace& for_present_sections();
-  /// What was learned where the last search ended leads astray elsewhere.
+  /// Discards data of the place where the last search ended, which misleads elsewhere.
   void begin_at(const LinkageState& state);
 
   const LinkageModel& model;
@@ -37,8 +37,8 @@ struct NewtonWorkspace {
   CondensedMatrix matrix;
   std::optional<CondensedMatrix> material;  // Compression::kUnstressed, where moments ask for it
   std::unique_ptr<HessianFactor> factor;    // of the last factorisation
-  /// The last one without a shift before it, of solves that are watched; null: none. What holds a
-  /// step while it is bent is no factor to begin with where the solve was interrupted then.
+  /// The last one without a shift before it, of solves that are watched; null: none. A factor that
+  /// holds a step while it is bent is no factor to begin with if the solve was interrupted then.
   std::unique_ptr<HessianFactor> unshifted;
   Eigen::VectorXd gradient;
   Eigen::VectorXd scratch;  // the gradient that comes with a Hessian
@@ -74,7 +74,7 @@ class NewtonRun {
  private:
   struct Step {
     Eigen::VectorXd x;
-    bool prescribed;       // moves towards what pins and constraints ask for
+    bool prescribed;       // moves towards the targets of pins and constraints
     double slope;          // of the potential along it
     double turn;           // largest angle of a joint or an edge [rad]
     double undamped_turn;  // the same, before it was limited
@@ -146,7 +146,7 @@ class NewtonRun {
   struct Escape {
     LinkageState there;
     Eigen::VectorXd increment, along;  // with and without its bend
-    double gain = 0;                   // of the potential, with what moments do
+    double gain = 0;                   // of the potential, with the work of moments
   };
   [[nodiscard]] std::optional<Escape> follow(const LinkageState& state,
                                              const Eigen::VectorXd& direction,
@@ -175,7 +175,7 @@ class NewtonRun {
   std::optional<Shown> shown_;
   std::vector<int> bounded_;  // lengths that rest on their bound
   Holding::Gap gap_;
-  int hidden_load_checks_ = 0;  // how often what rounding is allowed might have hidden loads
+  int hidden_load_checks_ = 0;  // how often the allowance for rounding might have hidden loads
   double beyond_ = 0;           // the drawing: how far away the state lies [length]
   double potential_ = 0;
   double potential_size_ = 0;

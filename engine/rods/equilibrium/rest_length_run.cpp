@@ -103,7 +103,7 @@ double RestLengthRun::progress() {
   return progress_;
 }
 
-/// A step, if there is one and nobody asks to stop before it.
+/// Makes a step, if there is one and no stop is requested before it.
 bool RestLengthRun::improve() {
   try {
     return factor() && take(solve({-gradient_.unknowns, -gradient_.lengths}));
@@ -149,7 +149,7 @@ bool RestLengthRun::factor() {
   Eigen::VectorXd unused(gradient_.unknowns.size());
   (void)assembly_.hessian(state_, unused, matrix_);
   mixed_ = derivatives_.by_lengths({state_}, context_);
-  // Without the rows of what does not move.
+  // Without the rows of fixed unknowns.
   mixed_.unknowns.prune(
       [&](Eigen::Index row, Eigen::Index, double) { return is_pinned_[row] == 0; });
   const double first = std::max(

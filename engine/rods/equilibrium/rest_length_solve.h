@@ -45,17 +45,17 @@ struct RestLengthReport {
   [[nodiscard]] bool converged() const { return status == RestLengthStatus::kConverged; }
 };
 
-/// Rest lengths for which a linkage holds the shape that is drawn with as little stress as it can:
-/// minimises the elastic energy E(x, L) over the rest lengths L of segments and all unknowns x but
-/// the positions of joints and of free ends, which stay where they are in the given state; between
-/// bounds on L. Nothing regularises L: with the positions fixed a longer segment has to buckle.
+/// Finds rest lengths with which a linkage holds the drawn shape with as little stress as it can.
+/// It minimises the elastic energy E(x, L) over the rest lengths L of segments, between bounds, and
+/// over all unknowns x but the positions of joints and of free ends. Those stay as in the given
+/// state. Nothing regularises L: with the positions fixed a longer segment has to buckle.
 ///
-/// This is also what the public X-Shells code does before it lets the linkage go (its "closed"
-/// energies of burd and darth_vader come out the same to 11 digits; linkages.json, restlen
-/// "solve"). An equilibrium afterwards, without the fixed positions, is the caller's.
+/// The public X-Shells code does the same before it releases the linkage (its "closed" energies of
+/// burd and darth_vader come out the same to 11 digits; linkages.json, restlen "solve"). An
+/// equilibrium afterwards, without the fixed positions, is the caller's.
 ///
-/// Newton's method on unknowns and lengths together (detail::LengthSystem), shifted where it is
-/// indefinite, along second-order curves; three steps are usual, of 0.01 s with 200 segments and
+/// The method is Newton's on unknowns and lengths together (detail::LengthSystem), shifted where it
+/// is indefinite, along second-order curves. Three steps are usual, of 0.01 s with 200 segments and
 /// 0.3 s with 1500.
 ///
 /// @param model  keeps the new lengths  @param state  the shape, keeps the new one

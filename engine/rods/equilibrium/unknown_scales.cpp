@@ -8,8 +8,7 @@ namespace limber::rods::detail {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kRounding =
-    8 * kEpsilon;  // of a difference of coordinates, with what it goes through
+constexpr double kRounding = 8 * kEpsilon;  // of a difference of coordinates, with later operations
 
 constexpr double square(double x) { return x * x; }
 
@@ -23,7 +22,7 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   const RodStiffness& stiffness = model.stiffness();
   const double typical = model.rest_lengths().free_edge.mean();
   const auto weight = [&](double length) { return typical * typical / length; };
-  // Of sections as they are scaled: E A goes with the square, bending with its square.
+  // Scaled sections: E A goes with the square, bending with its square.
   const Eigen::ArrayXd areas = model.section_scales().array().square();
   const auto turning_radius = [&](int segment) {  // squared, of its section
     return areas[segment] * (stiffness.bending_1 + stiffness.bending_2) / stiffness.stretching;
@@ -84,9 +83,9 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   fill_rounding(model);
 }
 
-/// Differences of coordinates lose what the distance from the origin takes: of edges one by one,
-/// since a short one says nothing of long ones elsewhere. What a vertex between two edges makes of
-/// the turn of the shorter one acts on the ends of both.
+/// Differences of coordinates lose digits with the distance from the origin. Edges count one by
+/// one, since a short one says nothing of long ones elsewhere. Forces by the turn of the shorter
+/// edge at a vertex between two act on the ends of both.
 void UnknownScales::fill_rounding(const LinkageModel& model) {
   const ReducedVariables& variables = model.variables();
   rounding_ = rounding_per_distance_ = Eigen::VectorXd::Zero(variables.size());

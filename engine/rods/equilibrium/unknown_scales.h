@@ -23,39 +23,39 @@ class UnknownScales {
  public:
   explicit UnknownScales(const LinkageModel& model);
 
-  /// What a shift of one adds to each diagonal entry, as lengths (of angles: times squares of
-  /// arms). The weight of an edge is inverse to its length, as what its pressure does to it is;
-  /// between equal edges it is that of lumped weights of one per length.
+  /// Increase of each diagonal entry by a shift of one, as lengths (for angles: times squares of
+  /// arms). The weight of an edge is inverse to its length, as is the effect of its pressure.
+  /// Between equal edges it is that of lumped weights of one per length.
   [[nodiscard]] const Eigen::VectorXd& weights() const { return weights_; }
   [[nodiscard]] UnknownKind kind(int unknown) const { return kinds_[unknown]; }
 
-  /// What bends at the size of the whole linkage: EI / extent^4 per weight.
+  /// Bending at the size of the whole linkage: EI / extent^4 per weight.
   [[nodiscard]] double softest_eigenvalue() const { return softest_; }
-  /// What stretches an edge: EA / edge^2 per weight.
+  /// Stretching of an edge: EA / edge^2 per weight.
   [[nodiscard]] double stiffest_eigenvalue() const { return stretching_ / (edge_ * edge_); }
   /// Shift below which the signs of eigenvalues are rounding.
   [[nodiscard]] double rounding_shift() const { return rounding_shift_; }
-  /// What a force that presses an edge together takes from eigenvalues.
+  /// Reduction of eigenvalues by a force that presses an edge together.
   [[nodiscard]] double pressure_shift(double force) const { return force / (edge_ * edge_); }
   [[nodiscard]] double extent() const { return extent_; }
   [[nodiscard]] double bending() const { return bending_; }
-  /// Of one component of a gradient, by rounding of its own edges.
+  /// Rounding of one component of a gradient, by its own edges.
   [[nodiscard]] double rounding(int unknown) const { return rounding_[unknown]; }
-  /// Of a gradient's force components by rounding. @param beyond  see there
+  /// Rounding of a gradient's force components. @param beyond see there
   [[nodiscard]] double force_rounding(double beyond = 0) const {
     return force_rounding_ + beyond * force_rounding_per_distance_;
   }
   [[nodiscard]] double moment_rounding() const { return force_rounding_ * edge_; }
   /// How much farther from the origin a state lies than the linkage was drawn, >= 0 [length].
   [[nodiscard]] double beyond(const LinkageState& state) const;
-  /// Of the elastic energy near a state without stress.
+  /// Rounding of the elastic energy near a state without stress.
   [[nodiscard]] double energy_rounding(double beyond = 0) const {
     const double force = force_rounding(beyond);
     return force * force / stretching_ * total_length_;
   }
 
-  /// The largest component over what is present of its kind; rounding, of each unknown's own edges,
-  /// is allowed for beside the tolerance.
+  /// The largest component over the size present of its kind. Rounding of each unknown's own edges
+  /// is allowed for in addition to the tolerance.
   /// @param beyond  see there
   [[nodiscard]] double imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
                                  const GradientSize& present, double tolerance,
@@ -65,8 +65,8 @@ class UnknownScales {
                                     const GradientSize& present, double tolerance,
                                     double beyond = 0) const;
   [[nodiscard]] GradientSize size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const;
-  /// Typical force and moment of rods that hold these energies: what a rod of the whole length
-  /// would feel if they were spread evenly.
+  /// Typical force and moment of rods that hold these energies: those in a rod of the whole length
+  /// if they were spread evenly.
   [[nodiscard]] GradientSize present(const RodEnergies& energies) const;
 
   /// Largest angle that a step turns a joint, opens it by, or turns an edge of a chain by [rad].
@@ -86,7 +86,7 @@ class UnknownScales {
   double extent_ = 0;
   double stretching_ = 0, bending_ = 0, stiffest_bending_ = 0;
   double softest_ = 0, rounding_shift_ = 0, force_rounding_ = 0;
-  double farthest_ = 0;  // coordinate of what is drawn
+  double farthest_ = 0;  // coordinate of the drawn linkage
   double force_rounding_per_distance_ = 0;
 };
 

@@ -9,10 +9,10 @@ namespace limber::rods::detail {
 
 struct JointLink;
 
-/// Where normals are carried along a segment that is bent or turned a lot, they may end on the
-/// wrong side of the next joint. Around the cells of a grid or a weave that shows: a walk that
-/// keeps to one side of its segments strays from one cell into another, so that there are fewer
-/// closed walks (faces of the ribbon graph, Gross and Tucker, Topological Graph Theory, 3.2).
+/// Normals that are carried along a strongly bent or turned segment may end on the wrong side of
+/// the next joint. This shows around the cells of a grid or a weave: a walk that keeps to one side
+/// of its segments strays from one cell into another. There are then fewer closed walks (faces of
+/// the ribbon graph, Gross and Tucker, Topological Graph Theory, 3.2).
 ///
 /// @param normals  of joints, unit, on any side
 /// @param cosines  of each link, between the normal carried along it from its first joint and that

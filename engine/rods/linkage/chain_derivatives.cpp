@@ -111,7 +111,7 @@ class DerivativeWalk {
     return index;
   }
 
-  /// Vertices and angles from the source and what moves them.
+  /// Vertices and angles from the source and their increments.
   void place() {
     for (int number = batch_.begin(); number < batch_.end(); ++number) {
       const int slot = number / 4, axis = number % 4;

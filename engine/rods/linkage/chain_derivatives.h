@@ -7,7 +7,7 @@
 
 namespace limber::rods::detail {
 
-/// Where derivatives are taken, and along which directions. Pointers may be null: zero.
+/// Point and directions of the derivatives. Pointers may be null: zero.
 struct ChainPoint {
   const LinkageModel& model;
   const LinkageState& source;               // from which unknowns are counted

@@ -21,8 +21,9 @@ struct VertexResult {
 };
 
 /// Writes to a band column by column: entry(row, column) of the numbers from `first` on. Edges come
-/// in order, each before its vertex with the next: what nothing has been added to is set, so that
-/// only the columns of the first edge and those behind the last one need to be zero before.
+/// in order, each before its vertex with the next. Entries that nothing has been added to are set.
+/// Therefore only the columns of the first edge and those behind the last one need to be zero
+/// before.
 class BandWriter {
  public:
   BandWriter(double* band, int first) : band_(band + first * kBandHeight * kChainLanes) {}
@@ -53,7 +54,7 @@ class BandWriter {
     }
   }
 
-  /// Of an edge with the next, numbers 0 to 10.
+  /// Adds the block of an edge with the next, numbers 0 to 10.
   [[gnu::always_inline]] void add_cross(const CrossBlock<V>& block) const {
     const V et[3] = {block.et.x, block.et.y, block.et.z};
     const V te[3] = {block.te.x, block.te.y, block.te.z};

@@ -6,13 +6,13 @@
 
 namespace limber::rods::detail {
 
-/// What to compute for the four segments of a batch; null pointers leave out.
+/// Outputs for the four segments of a batch; null pointers leave out.
 struct ChainOutputs {
   double* energies = nullptr;  // stretching, bending, twisting: 3 x lanes
   double* gradient = nullptr;  // by number of the chain: (4 n + 3) x lanes, overwritten
   double* band = nullptr;      // CondensedMatrix::band, overwritten
   Compression compression = Compression::kBuckles;
-  /// Of the edges, n x lanes: what gradient and band count with in place of what the edges carry.
+  /// Tensions of the edges, n x lanes, that gradient and band use in place of the actual ones.
   const double* tensions = nullptr;
 };
 

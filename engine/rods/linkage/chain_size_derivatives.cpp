@@ -20,12 +20,12 @@ struct MovingEdge {
   V longer;      // change of its length
 };
 
-/// Twice what a vertex's energy has beside its LengthWeights, and how that changes.
+/// Twice the factor of LengthWeights in a vertex's energy, and its change.
 struct VertexParts {
   V before, after, both, twist;
 };
 
-/// What an edge has of a vertex at its end: derivatives by its rest length.
+/// Contribution of a vertex at the end of an edge: derivatives by the edge's rest length.
 struct VertexShares {
   V by_before = V(0.0), by_after = V(0.0);
 };
@@ -87,7 +87,7 @@ class SizeWalk {
 
   void find_changes() {
     for (int lane = 0; lane < kChainLanes; ++lane) {
-      // What an empty lane computes is not looked at.
+      // Results of an empty lane are not used.
       const int chain = batch_.chains[batch_.chains[lane] < 0 ? 0 : lane];
       own_[lane] = v_ + model_.chains()->chain_begin(chain) - batch_.begin();
     }
@@ -103,7 +103,7 @@ class SizeWalk {
     return result;
   }
 
-  /// Of a vertex that a joint does not determine alone.
+  /// Change of a vertex that a joint does not determine alone.
   [[nodiscard]] VertexChange change_at(int i) const {
     const int number = 4 * i;
     if (number >= batch_.begin() && number + 4 <= batch_.end()) {
@@ -175,7 +175,7 @@ class SizeWalk {
     }
     return {load_lanes3(cells[0]), load_lanes3(cells[3]), load_lane(cells[6])};
   }
-  /// Of the half of a terminal edge that points along the segment.
+  /// Change of the half of a terminal edge that points along the segment.
   [[nodiscard]] static Vec3<V> half_change(const JointMotion& joint,
                                            const MaterialFrame<V>& frame) {
     return V(0.5) *

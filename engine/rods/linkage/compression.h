@@ -2,11 +2,12 @@
 
 namespace limber::rods {
 
-/// What compressed edges do in the Hessian of a linkage. Their pressure pushes them aside, which is
-/// exact; but where a guess has shortened rods that only had to turn, it makes the Hessian
-/// indefinite for no good reason. Left out, the rest leads back to where rods have their length.
-/// kUnstressed leaves all stresses out, as if rods had the present shape at rest: energies and
-/// gradient are 0, the Hessian is what material resists and never indefinite.
+/// Effect of compressed edges on the Hessian of a linkage. Their pressure pushes them aside, which
+/// is exact; but where a guess has shortened rods that only had to turn, it makes the Hessian
+/// indefinite for no good reason. Without this effect, the rest leads back to shapes in which rods
+/// have their length. kUnstressed leaves all stresses out, as if rods had the present shape at
+/// rest. Energies and gradient are then 0; the Hessian is the resistance of the material and never
+/// indefinite.
 enum class Compression { kBuckles, kLeftOut, kUnstressed };
 
 }  // namespace limber::rods

@@ -8,9 +8,9 @@ namespace limber::rods {
 
 /// How many edges each segment is cut into: as many as asked, but for segments shorter than a tenth
 /// of the median one. Those take fewer, so that their edges are not shorter than a tenth of the
-/// typical edge, and at least what their ends demand (ReducedVariables). A segment that short bends
-/// by nothing that its own edges would resolve, while bending stiffness grows with the cube of
-/// their number: what rounding of places does in it hides small loads elsewhere.
+/// typical edge, and at least what their ends demand (ReducedVariables). The edges of a segment
+/// that short resolve no bending of it, while bending stiffness grows with the cube of their
+/// number. Rounding of places then hides small loads elsewhere.
 /// @param edges  of a segment of median length
 [[nodiscard]] std::vector<int> edges_by_length(const LinkageGraph& graph, int edges);
 

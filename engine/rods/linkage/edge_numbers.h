@@ -10,10 +10,10 @@
 
 namespace limber::rods {
 
-/// Numbers of a linkage's edges where each has a rest length of its own: the free edges of all
-/// segments, from start to finish, then for each joint its terminal edge of rod A and that of rod
-/// B, as far as it has them. A terminal edge is one number although two segments share it: both see
-/// the same length.
+/// Numbers of a linkage's edges if each has a rest length of its own. The free edges of all
+/// segments come first, from start to finish. Then each joint has its terminal edge of rod A and
+/// that of rod B, if present. A terminal edge is one number although two segments share it: both
+/// see the same length.
 class EdgeNumbers {
  public:
   EdgeNumbers(const LinkageGraph& graph, const ReducedVariables& variables);
@@ -24,7 +24,7 @@ class EdgeNumbers {
   [[nodiscard]] int free_edges(int segment) const { return segments_[segment].free_edges; }
   /// -1: the joint has no such rod.
   [[nodiscard]] int terminal(int joint, RodOfJoint rod) const { return terminals_[joint][rod]; }
-  /// Of edge i of a segment.
+  /// Number of edge i of a segment.
   [[nodiscard]] int edge(int segment, int edge) const;
 
   /// One number for each edge, and back: the length of a rod that is not there is infinite.

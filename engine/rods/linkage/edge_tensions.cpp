@@ -7,7 +7,7 @@ namespace limber::rods {
 namespace {
 
 using detail::ChainLane;
-// Of a step, to take rates by; vertices beside joints move along curves.
+// Share of a step over which rates are taken; vertices next to joints move along curves.
 constexpr double kPart = 1e-4;
 
 Vec3<ChainLane> edge_at(const double* slots, int e) {

@@ -14,11 +14,11 @@ class EdgeTensions {
  public:
   explicit EdgeTensions(const LinkageModel& model) : cells_(model.slots()) {}
 
-  /// What the edges of a shape would carry after a step if they stretched linearly along it. The
-  /// shape after the step carries much else: turning edges have stretched to second order, stiff as
-  /// they are, and their false forces spoil the Hessian there. Newton's method with these in their
-  /// place takes far fewer and longer steps, to the same equilibria (mixed iterations: Magisano,
-  /// Leonetti, Garcea 2017, CMAME 313).
+  /// Computes the tensions that the edges of a shape would carry after a step if they stretched
+  /// linearly along it. The shape after the step carries much else: turning edges have stretched to
+  /// second order, stiff as they are, and their false forces spoil the Hessian there. Newton's
+  /// method with these in their place takes far fewer and longer steps, to the same equilibria
+  /// (mixed iterations: Magisano, Leonetti, Garcea 2017, CMAME 313).
   void expect(const LinkageModel& model, const LinkageState& from,
               const Eigen::Ref<const Eigen::VectorXd>& step);
 

@@ -16,8 +16,8 @@ bool has_joint(const LinkageGraph& graph, int segment, End end) {
   return graph.segments[static_cast<std::size_t>(segment)].joints[end] >= 0;
 }
 
-/// Of the halved vertices of a segment of so many given edges. Terminal edges reach a quarter of a
-/// given edge to both sides of their joints, free edges share what is between.
+/// Places of the halved vertices of a segment of so many given edges. Terminal edges reach a
+/// quarter of a given edge to both sides of their joints; free edges share the length between.
 std::vector<double> places_of(const LinkageGraph& graph, int segment, int given, int halved) {
   const bool start = has_joint(graph, segment, kStart), finish = has_joint(graph, segment, kFinish);
   std::vector<double> places;
@@ -45,7 +45,7 @@ double value_at(const Eigen::VectorXd& values, double place) {
       std::clamp<Eigen::Index>(static_cast<Eigen::Index>(place), 0, values.size() - 2);
   return values[edge] + (place - static_cast<double>(edge)) * (values[edge + 1] - values[edge]);
 }
-/// Where ascending values have this one.
+/// Place at which ascending values reach this one.
 double place_of(const Eigen::VectorXd& values, double value) {
   const auto after = std::upper_bound(values.begin(), values.end(), value) - values.begin();
   const auto edge = std::clamp<Eigen::Index>(after - 1, 0, values.size() - 2);

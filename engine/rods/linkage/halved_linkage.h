@@ -9,12 +9,12 @@
 namespace limber::rods {
 
 /// A linkage cut into edges of half the length, with the same joints, rods and rest lengths: the
-/// next finer discretisation of what another model says.
+/// next finer discretisation of another model.
 ///
-/// Places along a segment are counted in edges of the given model from its first vertex: vertex i
-/// is at i, a joint at the start at 1/2, one at the finish at n - 1/2. Of n edges a segment gets
-/// 2 n - 1 between two joints, 2 n otherwise, so that terminal edges stay centred at their joints
-/// and have half the length.
+/// Places along a segment are counted in edges of the given model from its first vertex. Vertex i
+/// is at i, a joint at the start at 1/2, one at the finish at n - 1/2. A segment of n edges gets 2
+/// n - 1 between two joints, 2 n otherwise, so that terminal edges stay centred at their joints and
+/// have half the length.
 class HalvedLinkage {
  public:
   /// @param model  given; its sizes are taken over

@@ -272,8 +272,8 @@ class Orientation {
     }
   }
 
-  /// Of the two sides of a component's surface, the one whose normals point up on the whole; where
-  /// they point nowhere, the outer one.
+  /// Selects the side of a component's surface whose normals point up on the whole; if they point
+  /// nowhere, the outer one.
   void settle_normals(const std::vector<int>& joints) {
     const auto count = static_cast<double>(joints.size());
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), middle = Eigen::Vector3d::Zero();
@@ -306,7 +306,7 @@ class Orientation {
                        [&](int joint) { return has_contradiction_[joint] != 0; });
   }
 
-  /// Of rods whose angles cannot be on one side along each, the acute angle of every joint.
+  /// For rods whose angles cannot be on one side along each: the acute angle of every joint.
   void settle_mixed_angles(const std::vector<int>& joints) {
     for (const int joint : joints) {
       result_.rod_a[joint] = 0;

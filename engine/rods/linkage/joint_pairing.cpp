@@ -12,7 +12,7 @@ namespace {
 
 // A bend this close to a full turn back leaves nothing of the tangent.
 constexpr double kLeastTangent = 1e-6;
-// Added to the bend of what folds back: more than any mesh can save by it.
+// Added to the bend of pairs that fold back: more than any mesh can save by it.
 constexpr double kFold = 1e6;
 
 std::vector<Pairing> partitions(std::size_t valence) {

@@ -36,11 +36,11 @@ struct RodPair {
 /// that are drawn straight are no more exact where they are coarse.
 inline constexpr double kLargestTurn = std::numbers::pi / 12;
 
-/// The pairings that a joint may have, the straightest first: of two spokes the one there is, of
-/// three or four those of three whose rods turn by at most kLargestTurn more than the straightest
-/// one's.
+/// The pairings that a joint may have, the straightest first. Two spokes have one pairing. Three or
+/// four spokes have three; those are kept whose rods turn by at most kLargestTurn more than the
+/// straightest one's.
 /// @param spokes  two to four
-/// @param ranks   of each spoke, all different: equal bends are in order of the rank of the spoke
+/// @param ranks   of each spoke, all different. Equal bends are in order of the rank of the spoke
 /// that forms the rod's end (three spokes) or the rod with the first spoke (four)
 [[nodiscard]] std::vector<Pairing> possible_pairings(const std::vector<Spoke>& spokes,
                                                      const std::vector<int>& ranks);

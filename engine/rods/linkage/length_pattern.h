@@ -6,8 +6,9 @@
 
 namespace limber::rods {
 
-/// What the rest length of a segment touches: its own edges, and those of the segments that
-/// continue its rod, since they share a terminal edge and divide what that leaves them.
+/// Edges that the rest length of a segment affects: its own, and those of the segments that
+/// continue its rod. They share a terminal edge with it and divide the length that this leaves
+/// them.
 struct LengthPattern {
   struct Reach {
     std::vector<int> segments;  // whose edges get another rest length, sorted

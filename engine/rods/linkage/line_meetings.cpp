@@ -15,7 +15,7 @@ namespace {
 constexpr double kMeetingDistance = 1e-3;  // of the shorter edge
 constexpr double kParallel = 0.1;          // sine below which edges lie side by side
 constexpr int kLeaf = 8;                   // edges
-// Pairs that are looked at, for each edge, and meetings after which nothing more is looked for.
+// Pairs that are checked, for each edge, and meetings after which the search ends.
 constexpr std::int64_t kPairsOfEdge = 300;
 constexpr std::size_t kMaxFound = 1000;
 
@@ -156,7 +156,7 @@ class Search {
     return std::min(kMeetingDistance * length, shortest_ / 2);
   }
 
-  /// False: they meet where that was not known, and nothing more is to be looked for.
+  /// False: they meet where that was not known, and the search ends.
   bool look_at(int e, int other) {
     const auto ends = mesh_.edges.col(e), others = mesh_.edges.col(other);
     for (int end = 0; end < 2; ++end)

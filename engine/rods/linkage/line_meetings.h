@@ -6,7 +6,7 @@
 
 namespace limber::rods {
 
-/// Where two edges of a line mesh touch without sharing a vertex, so that no joint is there.
+/// Two edges of a line mesh that touch without sharing a vertex, so that no joint is there.
 struct LineMeeting {
   enum class Kind {
     kEdges,       // within both
@@ -28,12 +28,12 @@ struct LineMeetings {
 /// Edges that come as near to each other as a thousandth of the shorter one, and half the shortest
 /// of all.
 ///
-/// Edges closer to parallel than 5.7 degrees lie side by side, as in a linkage that is drawn
-/// closed, and do not count, unless they continue one another from a loose end to a loose end. The
+/// Edges closer to parallel than 5.7 degrees are side by side, as in a linkage that is drawn
+/// closed. They do not count, unless they continue one another from a loose end to a loose end. The
 /// time is that of sorting, and grows with the pairs whose boxes overlap. After 1000 meetings, and
-/// after 300 pairs for each edge, nothing more is looked for.
+/// after 300 pairs for each edge, the search ends.
 /// @pre check_line_mesh has nothing to say
-/// @param most  of what is listed
+/// @param most  length of the list at most
 [[nodiscard]] LineMeetings find_line_meetings(const LineMesh& mesh, int most = 10);
 
 }  // namespace limber::rods

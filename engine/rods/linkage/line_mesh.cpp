@@ -10,7 +10,7 @@
 namespace limber::rods {
 namespace {
 
-/// Of coordinates: squares of what is larger overflow.
+/// Limit of coordinates: squares of larger ones overflow.
 constexpr double kLargestCoordinate = 1e100;
 
 LineMeshFault fault_of_edge(int edge, const std::string& message,

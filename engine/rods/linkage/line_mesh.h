@@ -27,9 +27,10 @@ struct LineMeshFault {
   int normal = -1;             // or where a normal is wrong
 };
 
-/// The first fault: kInvalidArgument for a coordinate that is not finite, no edges, a self loop, a
-/// repeated edge, an edge without length, a normal that is zero or not finite, normals that are not
-/// as many as vertices; kOutOfRange for a vertex that is not there.
+/// The first fault, if any. These are kInvalidArgument: a coordinate that is not finite, no edges,
+/// a self loop, a repeated edge, an edge without length. A normal that is zero or not finite is
+/// kInvalidArgument too, as is a number of normals other than that of vertices. A vertex that does
+/// not exist is kOutOfRange.
 [[nodiscard]] std::optional<LineMeshFault> fault_of(const LineMesh& mesh);
 
 /// @throws Error of fault_of, with field vertices[i], edges[e], edges, normals[i]

@@ -12,7 +12,7 @@
 namespace limber::rods {
 namespace {
 
-/// What a batch's kernel leaves.
+/// Results of a batch's kernel.
 struct Outputs {
   explicit Outputs(const ChainBatch& batch)
       : numbers(static_cast<std::size_t>(batch.numbers())),

@@ -9,9 +9,9 @@
 #include "engine/rods/linkage/linkage_state.h"
 
 // First, second and third derivatives of a linkage's elastic energy by its unknowns, the rest
-// lengths of its segments or edges and the scales of its sections together, what adjoints and
-// Newton's method on designs are made of. All
-// come from one set of kernels on numbers, duals and duals of duals; nothing is assembled.
+// lengths of its segments or edges and the scales of its sections together. Adjoints and Newton's
+// method on designs use them. All come from one set of kernels on numbers, duals and duals of
+// duals; nothing is assembled.
 
 namespace limber::rods {
 
@@ -22,11 +22,12 @@ struct ChainPoint;
 /// A change of a linkage, or derivatives by one.
 struct LinkageVector {
   Eigen::VectorXd unknowns;  // variables().size() numbers; empty in a direction: they stay
-  /// Of segments, from graph vertex to graph vertex [length]; empty in a direction: they stay.
+  /// For segments, from graph vertex to graph vertex [length]; empty in a direction: they stay.
   Eigen::VectorXd lengths;
-  /// Of edges by their EdgeNumbers [length], beside what the segments' give them; empty: zero.
+  /// For edges by their EdgeNumbers [length], added to the part that follows from the segments;
+  /// empty: zero.
   Eigen::VectorXd edges = {};
-  /// Of the scales of segments' sections; empty: zero.
+  /// For the scales of segments' sections; empty: zero.
   Eigen::VectorXd sections = {};
 };
 
@@ -36,9 +37,9 @@ struct LinkagePoint {
   Eigen::VectorXd increment = {};
 };
 
-/// Derivatives D^k E of the elastic energy E(x, L), x the increments counted from a point's source
-/// and L the rest lengths of segments, at the model's present ones and with the model's
-/// RestLengthMap; and by the rest lengths of edges and the scales of sections. Exact at the source
+/// Derivatives D^k E of the elastic energy E(x, L), also by the rest lengths of edges and the
+/// scales of sections. The increments x are counted from a point's source. L are the rest lengths
+/// of segments, at the model's present ones and with the model's RestLengthMap. Exact at the source
 /// and away from it (the finite transport's terms and those of the joints' rotations are in). At
 /// the source, D^2 E by x is the matrix of LinkageAssembly.
 ///

@@ -45,18 +45,18 @@ struct Joint {
 
 /// Segments and joints of a rod linkage (rod linkages, sec. 1.1, 1.2).
 ///
-/// Joints are numbered in the order of their vertices, segments are the mesh's edges in order. Of
-/// the edges at a vertex the straightest pairs are one rod: valence 2 pins two ends, valence 3 the
-/// end of one rod to another that passes, valence 4 two that pass. Where the straightest pairs
-/// allow no letters A and B that stay the same along every rod, pairs that are about as straight
-/// (detail::kLargestTurn) are taken in their place if these do, those that bend the rods least as a
-/// whole (see detail::choose_pairings). Otherwise the straightest pairs stay, and angles are mixed.
-/// Normals are oriented continuously over each component.
+/// Joints are numbered in the order of their vertices, segments are the mesh's edges in order. At
+/// each vertex the straightest pairs of edges form one rod. Valence 2 pins two ends, valence 3 the
+/// end of one rod to another that passes, valence 4 two that pass. If the straightest pairs allow
+/// no letters A and B that stay the same along every rod, pairs that are about as straight
+/// (detail::kLargestTurn) replace them if these do. The pairs that bend the rods least as a whole
+/// are taken (see detail::choose_pairings). Otherwise the straightest pairs stay, and angles are
+/// mixed. Normals are oriented continuously over each component.
 ///
-/// Which of the two supplementary angles of a joint is "the" opening angle is continuous too: along
-/// a rod the angle stays on the same side, so that crossing rods are A and B by turns; of the two
-/// choices that a component leaves, most angles are acute. Near 0 or pi the angle may be slightly
-/// beyond, where its neighbours say so. Where angles are mixed, all are acute.
+/// The choice of "the" opening angle from a joint's two supplementary angles is continuous too:
+/// along a rod the angle stays on the same side, so that crossing rods are A and B by turns. A
+/// component leaves two choices; the one with more acute angles is taken. Near 0 or pi the angle
+/// may be slightly beyond, where its neighbours say so. Mixed angles are all acute.
 struct LinkageGraph {
   std::vector<Segment> segments;
   std::vector<Joint> joints;
@@ -65,8 +65,8 @@ struct LinkageGraph {
   int bent_joints = 0;  // whose rods are not the straightest pairs there
   /// Proven: no other pairs bend the rods less as a whole.
   bool is_bend_least = true;
-  /// In some component angles lie on one side of a rod at one joint and on its other at the next,
-  /// as in weaves of three families: a mean of them has no meaning.
+  /// In some component, angles are on one side of a rod at one joint and on its other side at the
+  /// next, as in weaves of three families. A mean of such angles has no meaning.
   bool mixed_angles = false;
 };
 

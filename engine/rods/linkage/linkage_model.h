@@ -14,8 +14,7 @@
 
 namespace limber::rods {
 
-/// What every rod of a linkage resists with, where its section is not scaled; joints resist
-/// nothing.
+/// Stiffnesses of every rod of a linkage with sections that are not scaled; joints have none.
 struct RodStiffness {
   double stretching = 1;  // E A [force]
   double bending_1 = 1;   // lambda_1 [force length^2]: curvature about the joint normals
@@ -26,8 +25,8 @@ struct RodStiffness {
   void validate() const;
 };
 
-/// A linkage without its shape: who is connected with whom, and what it takes to deform it. Rods
-/// are straight and without twist at rest.
+/// A linkage without its shape: its connections and its stiffness. Rods are straight and without
+/// twist at rest.
 class LinkageModel {
  public:
   /// @throws Error as RodStiffness::validate, ReducedVariables and distribute_rest_lengths
@@ -55,12 +54,13 @@ class LinkageModel {
   [[nodiscard]] const EdgeNumbers& edge_numbers() const { return edges_; }
   /// Rest lengths of edges by their numbers.
   [[nodiscard]] Eigen::VectorXd edge_lengths() const { return edges_.listed(rest_); }
-  /// New rest lengths of edges; those of segments become what they add up to.
+  /// New rest lengths of edges; those of segments become their sums.
   /// @throws Error{kInvalidArgument} with field edges[e] for one that is not positive and finite
   void set_edge_lengths(const Eigen::Ref<const Eigen::VectorXd>& edges);
 
-  /// Of each segment: its section is as large times s in both directions, so that it has E A s^2,
-  /// lambda s^4 and G J s^4. Of a terminal edge's energy each segment scales its own half.
+  /// Scale s of each segment's section, which is s times as large in both directions, so that it
+  /// has E A s^2, lambda s^4 and G J s^4. Each segment scales its own half of a terminal edge's
+  /// energy.
   [[nodiscard]] const Eigen::VectorXd& section_scales() const { return sections_; }
   /// @throws Error{kInvalidArgument} with field sections[s] for one that is not positive and finite
   void set_section_scales(const Eigen::Ref<const Eigen::VectorXd>& scales);
@@ -69,8 +69,8 @@ class LinkageModel {
   [[nodiscard]] std::size_t first_slot(int batch) const { return first_slot_[batch]; }
   [[nodiscard]] std::size_t slots() const { return first_slot_.back(); }
 
-  /// By slot, for kernels: rest length of the edge, its stretching stiffness with the share of it
-  /// that is this segment's, and what the vertex after it has of RodStiffness's lambda and G J.
+  /// By slot, for kernels: rest length of the edge, its stretching stiffness with this segment's
+  /// share of it, and lambda and G J of RodStiffness at the vertex after it.
   enum Field { kRestLength, kStretching, kBending, kFields };
   [[nodiscard]] const double* slot_parameters(int batch) const {
     return parameters_[first_slot_[batch] * kFields].values;

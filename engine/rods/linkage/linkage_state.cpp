@@ -15,7 +15,7 @@
 namespace limber::rods {
 namespace detail {
 
-/// Of a joint's rods A and B after an increment.
+/// Edges of a joint's rods A and B after an increment.
 struct JointEdges {
   std::array<Eigen::Vector3d, 2> tangents;
   std::array<double, 2> turns;  // of the frames, beyond their transport [rad]
@@ -99,7 +99,7 @@ class Drawing {
 void move_chain(double* slots, const ChainBatch& batch, int lane, const double* increment,
                 double* turns) {
   for (int number = batch.begin(); number < batch.end(); ++number, ++increment) {
-    // Of four, three of a vertex and one of the edge behind it.
+    // Four numbers: three of a vertex and one of the edge behind it.
     double* const slot = slots + number / 4 * kSlotStride + lane;
     if (number % 4 == 0 && number + 4 <= batch.end()) {
       for (int axis = 0; axis < 3; ++axis) slot[axis * kChainLanes] += increment[axis];

@@ -14,9 +14,9 @@ struct JointEdges;
 }  // namespace detail
 
 /// A shape of a linkage: joints, vertices and material frames, and the twist at every vertex in its
-/// branch. The reduced unknowns count from here: a state is its own source, so that rotations,
-/// opening angles and edge angles are always zero in it and never meet a singularity; moving by an
-/// increment makes a new state.
+/// branch. The reduced unknowns count from here: a state is its own source. Rotations, opening
+/// angles and edge angles are therefore always zero in it and never meet a singularity. Moving by
+/// an increment makes a new state.
 class LinkageState {
  public:
   /// The shape as drawn: joints as in the graph, terminal edges of their rest length, segments

@@ -10,8 +10,8 @@ namespace limber::rods {
 /// How far the rods of a linkage are from their rest, segment after segment.
 struct LinkageStrains {
   Eigen::VectorXd axial;  // of every edge: (length - rest length) / rest length
-  /// Of every vertex between two edges: kappa_1, kappa_2 and the twist, per rest length
-  /// [1/length]. The rod curves towards kappa_1 d_1 + kappa_2 d_2. 3 x vertices.
+  /// At every vertex between two edges: kappa_1, kappa_2 and the twist, per rest length [1/length].
+  /// The rod curves towards kappa_1 d_1 + kappa_2 d_2. 3 x vertices.
   Eigen::Matrix3Xd turning;
 };
 

@@ -61,8 +61,8 @@ struct StrainsAlong {
     return 0.5 * (vertices[edge] + vertices[edge + 1]);
   }
 
-  /// An edge at a joint is stretched by the mean of what both segments of its rod carry: in its
-  /// place what the edges within this segment say there.
+  /// An edge at a joint is stretched by the mean of both segments of its rod; the edges within this
+  /// segment give the value there instead.
   void take_axial_within(const std::array<int, 2>& joints) {
     const Eigen::Index first = joints[kStart] >= 0 ? 1 : 0;
     const Eigen::Index last = edges() - (joints[kFinish] >= 0 ? 2 : 1);

@@ -9,7 +9,7 @@
 
 namespace limber::rods {
 
-/// What a rod carries at a station, in units of the model: a row each.
+/// Quantities that a rod carries at a station, in units of the model: a row each.
 enum RodField : int {
   kAxialStrain,
   kAxialForce,      // N = EA strain [force]
@@ -33,24 +33,24 @@ struct LinkageStresses {
   std::vector<int> first;  // station of each segment, and the number of all
 };
 
-/// Of each segment the largest von Mises stress of its stations, or normal stress by magnitude
-/// where that has no bound.
+/// The largest von Mises stress of each segment over its stations; if that has no bound, the
+/// largest normal stress by magnitude.
 [[nodiscard]] Eigen::VectorXd largest_stresses(const LinkageStresses& stresses);
 
-/// Forces and stresses that go with strains, where sections are scaled those of the scaled ones.
+/// Forces and stresses for given strains; if sections are scaled, those of the scaled ones.
 ///
 /// The force of a terminal edge is that of the whole rod, although its two segments carry half of
-/// its energy each. Between two edges stands their mean force. Ends carry what the two nearest
-/// edges and vertices of their own segment say there by a straight line, which is of second order,
-/// since forces and moments may jump at joints: a terminal edge stretches by the mean of both
-/// sides. Free ends carry neither moment nor torque. Normal stresses are N/A - E (kappa_1 y +
-/// kappa_2 z) over the section's points (y, z) on (d_1, d_2). Shear is that of Saint-Venant
-/// torsion; rods without shear strain have no other, and what transverse forces add is left out.
-/// Extremes of normal stress and of shear may stand at different points: kVonMises takes both at
-/// once.
+/// its energy each. Between two edges stands their mean force. The two nearest edges and vertices
+/// of a segment give the values at its end by a straight line, which is of second order. Its own
+/// segment alone counts, since forces and moments may jump at joints: a terminal edge stretches by
+/// the mean of both sides. Free ends carry neither moment nor torque. Normal stresses are N/A - E
+/// (kappa_1 y + kappa_2 z) over the section's points (y, z) on (d_1, d_2). Shear is that of
+/// Saint-Venant torsion; rods without shear strain have no other, and the share of transverse
+/// forces is left out. Extremes of normal stress and of shear may be at different points: kVonMises
+/// takes both at once.
 class LinkageStressModel {
  public:
-  /// @param section, properties, axis  what the model's stiffnesses were made of, with `material`
+  /// @param section, properties, axis  source of the model's stiffnesses, with `material`
   LinkageStressModel(const Section& section, const SectionProperties& properties,
                      const RodMaterial& material, StiffAxis axis);
 

@@ -13,8 +13,8 @@ struct ParityLink {
 };
 
 /// The nodes of a shortest cycle with an odd sum of parities, in order from its smallest; empty
-/// where there is none. Of several, the one through the smallest node. In large graphs of long
-/// cycles the search ends after 2e7 steps with the shortest one so far.
+/// where there is none. If there are several, it is the one through the smallest node. In large
+/// graphs of long cycles the search ends after 2e7 steps with the shortest one so far.
 [[nodiscard]] std::vector<int> shortest_odd_cycle(int nodes, const std::vector<ParityLink>& links);
 
 /// "the joints at vertices 3, 5, 9 (from 0)", the first 12 of them.

@@ -126,8 +126,8 @@ class Choice {
     improve(part);
   }
 
-  /// Takes the straightest pairings of as many joints as fit together, from neighbour to
-  /// neighbour so that what does not fit is near its cause, and chooses anew around the rest.
+  /// Takes the straightest pairings of as many joints as fit together, from neighbour to neighbour
+  /// so that misfits are near their cause. Then chooses anew around the rest.
   /// @returns false where that finds no letters
   bool keep_straightest(const std::vector<int>& part) {
     ParityForest forest(letters_.size());
@@ -213,7 +213,7 @@ class Choice {
     return true;
   }
 
-  /// Of the pairings chosen, which fit together.
+  /// Notes the letters of the chosen pairings, which fit together.
   void note_letters(const std::vector<int>& part) {
     const auto letter_of = [&](const JointChoices& joint, const Pairing& pairing) {
       for (int r = 0; r < 2; ++r)

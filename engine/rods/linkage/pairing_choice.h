@@ -18,14 +18,13 @@ struct PairingChoice {
 
 /// Chooses for the whole mesh. Segments have letters, A or B, where rods are of two families that
 /// cross each other: one letter along each rod, the two of a joint different. The straightest
-/// pairing of each joint is taken where these allow letters. Elsewhere other candidates are tried:
-/// the sum of their bends beyond the straightest is least, exactly, as PairingSweep proves (parts
-/// whose narrowest cut crosses up to about 14 segments always; wider ones where few joints differ
-/// from their straightest pairing); beyond that it is a choice which no change within 40
-/// neighbouring joints improves, as far as 4000 such changes tried in the mesh say. A part whose
-/// candidates allow no letters, or of which none were found, takes its straightest pairings. The
-/// result does not depend on the order of joints but for equal bends, where the earlier joint
-/// counts.
+/// pairing of each joint is taken where these allow letters. Elsewhere other candidates are tried,
+/// so that the sum of their bends beyond the straightest is least. PairingSweep proves this for
+/// parts whose narrowest cut crosses up to about 14 segments, and for wider ones if few joints
+/// differ from their straightest pairing. Beyond that, no change within 40 neighbouring joints
+/// improves the choice, as far as 4000 tried changes in the mesh show. A part whose candidates
+/// allow no letters, or of which none were found, takes its straightest pairings. The result does
+/// not depend on the order of joints but for equal bends, where the earlier joint counts.
 ///
 /// @param segments  their number
 /// @param joints    in an order that says nothing of how the mesh was numbered

@@ -20,8 +20,8 @@ using SegmentLetters = std::vector<signed char>;
 
 /// Finds pairings of joints under which segments have letters: equal along each rod, different for
 /// the two rods of a joint. Goes from joint to joint and keeps the cheapest choice for each set of
-/// letters of the segments that lead on from there (the frontier); where there are too many, the
-/// cheapest of them.
+/// letters of the segments that lead on from there (the frontier). If there are too many sets, only
+/// the cheapest are kept.
 class PairingSweep {
  public:
   /// @param joints   all of the mesh
@@ -37,14 +37,14 @@ class PairingSweep {
     std::vector<int> pairings;  // of each member
   };
   /// @param width  of the frontier: how many sets of letters are kept at a time
-  /// @param below  only what is cheaper is looked for
+  /// @param below  only cheaper choices are searched
   [[nodiscard]] Result run(std::size_t width, double below) const;
 
  private:
   static constexpr std::size_t kWords = 8;
   using Bits = std::array<std::uint64_t, kWords>;
 
-  /// What the sweep does at one joint.
+  /// Work of the sweep at one joint.
   struct Stop {
     int member;
     std::vector<int> slots;    // of each spoke: where its letter is, -1: nowhere

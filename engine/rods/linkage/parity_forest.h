@@ -16,7 +16,7 @@ class ParityForest {
 
   struct Root {
     int item;
-    int parity;  // of the item asked for, against this one: 0 equal, 1 opposite
+    int parity;  // of the requested item, against this one: 0 equal, 1 opposite
   };
   [[nodiscard]] Root root(int item) {
     int top = item, parity = 0;

@@ -17,7 +17,7 @@ ReducedVariables::ReducedVariables(const LinkageGraph& graph, std::vector<int> e
         fmt::format("{} numbers of edges for {} segments", edges_.size(), graph.segments.size()));
   }
   chains_.push_back(0);
-  // Of all unknowns, and of the numbers of a chain before its terminal edges are left out.
+  // Numbers of all unknowns, and of a chain before its terminal edges are left out.
   std::int64_t unknowns = std::int64_t{kJointUnknowns} * joints_;
   for (std::size_t s = 0; s < edges_.size(); ++s) {
     const std::array<int, 2>& joints = graph.segments[s].joints;

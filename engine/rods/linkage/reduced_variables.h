@@ -18,12 +18,12 @@ enum JointUnknown : int {
   kJointLengthB = 8,
 };
 
-/// Where each vertex and edge of each segment finds its unknowns (rod linkages, sec. 1.3).
+/// Positions of the unknowns of each vertex and edge of each segment (rod linkages, sec. 1.3).
 ///
 /// A segment of n edges has vertices x_0 .. x_n and edge angles theta_0 .. theta_(n-1). A joint at
 /// its start moves x_0, theta_0 and x_1 (its terminal edge), a joint at its finish x_(n-1),
-/// theta_(n-1) and x_n. What is left is the segment's free chain, interleaved so that energies of
-/// one interior vertex touch 11 consecutive numbers:
+/// theta_(n-1) and x_n. The rest is the segment's free chain, interleaved so that energies of one
+/// interior vertex touch 11 consecutive numbers:
 ///
 ///   theta_1, x_2, theta_2, .., x_(n-2), theta_(n-2)     between two joints
 ///   theta_1, x_2, .., theta_(n-1), x_n                  from a joint to a free end
@@ -59,8 +59,7 @@ class ReducedVariables {
   [[nodiscard]] int angle(int segment, int edge) const { return local(segment, 4 * edge + 3, 1); }
 
  private:
-  /// Chains are what is left of x_0, theta_0, x_1, theta_1, ... without seven numbers at each
-  /// joint.
+  /// Chains are x_0, theta_0, x_1, theta_1, ... without seven numbers at each joint.
   [[nodiscard]] int local(int segment, int index, int width) const {
     const int place = index - skipped_[segment];
     if (place < 0 || place + width > chain_size(segment)) return -1;

@@ -10,7 +10,7 @@ namespace limber::rods::detail {
 /// Does a direction change rest lengths, of segments or of edges?
 [[nodiscard]] bool moves_rests(const LinkageVector& direction);
 
-/// What a direction changes the rest length of each edge by.
+/// Change of each edge's rest length by a direction.
 /// @param rests  by slot, resized; of empty lanes zero
 void spread_rests(const LinkageModel& model, const LinkageVector& direction,
                   std::vector<LaneCell>& rests);

@@ -7,9 +7,9 @@
 
 namespace limber::rods {
 
-/// From rest lengths of segments to those of edges: linear, since which of its two segments gives a
-/// terminal edge its length is chosen once, by the lengths at construction (the shorter uniform
-/// one). So rest lengths can be varied and differentiated without kinks.
+/// Maps rest lengths of segments to those of edges. The map is linear: which of its two segments
+/// gives a terminal edge its length is chosen once, by the lengths at construction (the shorter
+/// uniform one). Rest lengths can therefore be varied and differentiated without kinks.
 class RestLengthMap {
  public:
   /// @param lengths  of segments, as for distribute_rest_lengths, which says the rule
@@ -22,7 +22,7 @@ class RestLengthMap {
   /// @throws Error{kInvalidArgument} with field lengths[s] where a segment's length, or what its
   /// terminal edges leave of it, is not positive and finite
   [[nodiscard]] RestLengths apply(const Eigen::Ref<const Eigen::VectorXd>& lengths) const;
-  /// Of a change of lengths, which may be any numbers.
+  /// Change of the edges for a change of lengths, which may be any numbers.
   [[nodiscard]] RestLengths apply_to_change(const Eigen::Ref<const Eigen::VectorXd>& change) const;
   /// From derivatives by the rest lengths of edges (terminal: of each joint's rods; free_edge: the
   /// sum over a segment's free edges) to those by the lengths of segments.

@@ -12,7 +12,7 @@ struct Step {
   End entered;
 };
 
-/// Where a rod goes on after a segment; segment -1: nowhere.
+/// Continuation of a rod after a segment; segment -1: none.
 Step after(const LinkageGraph& graph, const Step& step) {
   const Segment& segment = graph.segments[static_cast<std::size_t>(step.segment)];
   const End left = step.entered == kStart ? kFinish : kStart;

@@ -9,10 +9,10 @@
 
 namespace limber::rods {
 
-/// What adjoints ask of a linkage's elastic energy E(x, L): its derivatives by sizes alone (rest
-/// lengths of segments and edges, scales of sections), and how those change with the shape. The
-/// parts by sizes of LinkageDerivatives' gradient and second, at the source, in one pass over
-/// strains and their slopes: frames turn as rigid bodies there, and no force is needed.
+/// Derivatives of a linkage's elastic energy E(x, L) for adjoints: those by sizes alone (rest
+/// lengths of segments and edges, scales of sections), and their changes with the shape. They are
+/// the parts by sizes of LinkageDerivatives' gradient and second, at the source, in one pass over
+/// strains and their slopes. Frames turn as rigid bodies there, and no force is needed.
 ///
 /// Memory is allocated once. Results do not depend on the number of threads.
 class SizeDerivatives {

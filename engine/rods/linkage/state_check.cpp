@@ -12,11 +12,11 @@
 namespace limber::rods {
 namespace {
 
-/// Squares of what is larger overflow.
+/// Squares of larger numbers overflow.
 constexpr double kLargestNumber = 1e100;
-/// Of unit vectors and right angles: numbers may be float32, or rounded by hand.
+/// Tolerance of unit vectors and right angles: numbers may be float32, or rounded by hand.
 constexpr double kSlack = 1e-3;
-/// Of the farthest coordinate: what is shorter has no direction.
+/// Share of the farthest coordinate: shorter vectors have no direction.
 constexpr double kShortest = 1e-12;
 
 [[noreturn]] void refuse_state(const char* field, const std::string& message) {

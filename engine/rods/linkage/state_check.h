@@ -15,7 +15,7 @@ namespace limber::rods {
 void validate(const StateNumbers& numbers, const LinkageGraph& graph,
               const ReducedVariables& variables);
 
-/// How many columns StateNumbers have of what is no joint's.
+/// Numbers of columns of StateNumbers that belong to no joint.
 struct StateSizes {
   Eigen::Index vertices = 0, directors = 0, twists = 0;
 };

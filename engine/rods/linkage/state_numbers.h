@@ -4,8 +4,8 @@
 
 namespace limber::rods {
 
-/// A shape of a linkage for files: what a LinkageState is made of, without how it is laid out.
-/// Columns are joints, or of each segment in turn, from start to finish, what is no joint's: a
+/// A shape of a linkage for files: the numbers of a LinkageState without its layout. Columns are
+/// joints, or the parts of each segment in turn, from start to finish, that belong to no joint: a
 /// terminal edge follows from its joint.
 struct StateNumbers {
   Eigen::Matrix3Xd positions;      // of joints [length]

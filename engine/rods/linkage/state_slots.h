@@ -9,8 +9,8 @@
 #include "engine/rods/linkage/terminal_edge.h"
 #include "engine/rods/rod/vertex_element.h"
 
-// How LinkageState lays out a batch of segments: by slot, which is a vertex and the edge after it,
-// and in a slot by field, each with a lane for every segment.
+// Layout of a batch of segments in LinkageState: by slot (a vertex and the edge after it), and in a
+// slot by field, each with a lane for every segment.
 
 namespace limber::rods::detail {
 
@@ -69,7 +69,7 @@ inline void write_director(double* slots, int edge, int lane, const Eigen::Vecto
   return {tangent, length, d1, cross(tangent, d1), {}};
 }
 
-/// Twists in the branch next to what is there.
+/// Moves twists into the branch nearest to the present values.
 inline void settle_twists(double* slots, int edges) {
   MaterialFrame<ChainLane> before = frame_at(slots, 0);
   for (int i = 1; i < edges; ++i) {

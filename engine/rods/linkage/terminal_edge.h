@@ -9,8 +9,9 @@
 #include "engine/rods/linkage/reduced_variables.h"
 
 // The edge of a segment at a joint as a function of the joint's unknowns (rod linkages, sec. 1.3 to
-// 1.5), and its first and second derivatives where the unknowns are counted from. Templates of the
-// scalar, so that duals give Hessian-vector products and third derivatives.
+// 1.5). Its first and second derivatives are taken at the point from which the unknowns are
+// counted. Templates of the scalar, so that duals give Hessian-vector products and third
+// derivatives.
 
 namespace limber::rods {
 
@@ -36,7 +37,7 @@ struct JointState {
   [[nodiscard]] Eigen::Matrix<T, 3, 1> tangent(RodOfJoint rod) const { return tangents()[rod]; }
 };
 
-/// What a terminal edge sees of its joint.
+/// Data of a joint on which its terminal edge depends.
 template <class T>
 struct TerminalEdgeSource {
   Eigen::Matrix<T, 3, 1> position;
@@ -53,9 +54,9 @@ template <class T>
   return {joint.position, joint.normal, joint.tangent(rod), joint.lengths[rod], rod, double(sign)};
 }
 
-/// Vertices of a terminal edge in the direction of the segment, and the angle theta that its
-/// material frame (d_2 = normal) has turned about the edge beyond the transport of its frame from
-/// the source, [rad].
+/// Vertices of a terminal edge in the direction of the segment, and the angle theta [rad]. Its
+/// material frame (d_2 = normal) has turned by theta about the edge, beyond the transport of its
+/// frame from the source.
 template <class T>
 struct TerminalEdge {
   Eigen::Matrix<T, 3, 1> first, second;

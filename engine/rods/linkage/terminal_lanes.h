@@ -4,8 +4,9 @@
 #include "engine/rods/linkage/chain_lane.h"
 #include "engine/rods/linkage/terminal_edge.h"
 
-// Kernel: the terminal edges of four segments at one end, as functions of their joints' unknowns,
-// and derivatives back to those, exact for rotation vectors up to pi; for a pack or a Dual of it.
+// Kernel: the terminal edges of four segments at one end as functions of their joints' unknowns,
+// and derivatives back to those. It is exact for rotation vectors up to pi, for a pack or a Dual of
+// it.
 
 namespace limber::rods::detail {
 

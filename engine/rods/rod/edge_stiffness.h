@@ -7,8 +7,8 @@
 //
 // Moving e by de and theta by dtheta turns the frame by
 //   omega = t x de/l (1 - t . de/l) + dtheta t + dtheta/2 (de/l - t (t . de/l)) + O(3)
-// (transport, then spin), which put into the second variation of `vertex_element.h` gives the
-// blocks below. What acts on an edge is the sum of both vertices: the moment after minus before.
+// (transport, then spin). In the second variation of `vertex_element.h` this gives the blocks
+// below. The load on an edge is the sum over both vertices: the moment after minus before.
 
 namespace limber::rods {
 
@@ -83,9 +83,9 @@ template <class V>
   return {ee, -(inverse0 * cross(t0, c_t1)), -(inverse1 * cross(t1, ct_t0)), dot(t0, c_t1)};
 }
 
-/// Away from the source frame, where the angle that the present frame sees is theta plus the
-/// holonomy of the path source - edge before - edge now: its gradient is `edge.transport`, its
-/// Hessian the symmetric part of the derivative of that.
+/// Away from the source frame, the angle that the present frame sees is theta plus the holonomy of
+/// the path source - edge before - edge now. Its gradient is `edge.transport`, its Hessian the
+/// symmetric part of the derivative of that.
 /// @param torque  of `edge_gradient`
 template <class V>
 [[gnu::always_inline]] inline EdgeBlock<V> transported(const EdgeBlock<V>& block,

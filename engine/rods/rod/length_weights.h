@@ -4,19 +4,19 @@
 
 namespace limber::rods {
 
-/// Which discrete bending energy (rod linkages, sec. 5.2). kMaterialFrames (2008, that of the
-/// public code for linkages): the energy of each adjacent edge's frame, weighted by half that
-/// edge's rest length. kAveragedFrames (2010): the energy of the averaged curvatures. Both measure
-/// curvature as 2 tan(phi / 2), phi the angle between the edges; kTurningAngle (the default) is
-/// kMaterialFrames with phi itself, exact for circular arcs however long their edges, and finite
-/// where edges fold back.
+/// Forms of the discrete bending energy (rod linkages, sec. 5.2). In kMaterialFrames (2008, that of
+/// the public code for linkages) it is the energy of each adjacent edge's frame, weighted by half
+/// that edge's rest length. In kAveragedFrames (2010) it is the energy of the averaged curvatures.
+/// Both measure curvature as 2 tan(phi / 2), phi the angle between the edges. The default
+/// kTurningAngle is kMaterialFrames with phi itself, exact for circular arcs however long their
+/// edges, and finite where edges fold back.
 enum class BendingForm { kMaterialFrames, kAveragedFrames, kTurningAngle };
 inline constexpr BendingForm kDefaultBending = BendingForm::kTurningAngle;
 
 /// Factors of the energy of one interior vertex,
 ///   E = sum_a B_a/2 (before k0^2 + after k1^2 + 2 both k0 k1) + GJ/2 twist m^2,
-/// with k0, k1 the integrated curvature about axis a in the frames of the edge before and after it,
-/// minus the rest, and m the integrated twist, minus the rest. All in 1/length.
+/// with k0, k1 the integrated curvature about axis a in the frames of the edge before and after it.
+/// The integrated twist is m; both are minus the rest. All in 1/length.
 template <class V>
 struct LengthWeights {
   V before;

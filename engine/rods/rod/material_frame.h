@@ -15,12 +15,12 @@ struct MaterialFrame {
   V length;
   Vec3<V> d1;
   Vec3<V> d2;
-  /// What the finite transport from the source frame turns the frame about its tangent per change
+  /// Turn of the frame about its tangent by the finite transport from the source frame, per change
   /// of e: to spin = d theta + transport . de [1/length]. Zero at the source frame.
   Vec3<V> transport;
 };
 
-/// @param source_tangent, source_director  unit and orthogonal; the director is transported to the
+/// @param source_tangent, source_director  unit and orthogonal. The director is transported to the
 /// present tangent and turned about it by theta [rad]: d1 = cos theta P d + sin theta t x P d
 template <class V>
 [[gnu::always_inline]] inline MaterialFrame<V> material_frame(const Vec3<V>& before,

@@ -5,10 +5,10 @@
 
 namespace limber::rods {
 
-/// A Hessian of rods, or a derivative of one, by the edge vectors e and angles theta of every edge
-/// and of every edge with the next one of its rod. Everything else follows from
-/// e = x_after - x_before: the joints of a linkage take the blocks as they are, single rods want
-/// them by nodes (`for_each_entry`).
+/// A Hessian of rods, or a derivative of one. Its variables are the edge vectors e and angles theta
+/// of every edge, and of every edge with the next one of its rod. Everything else follows from e =
+/// x_after - x_before: the joints of a linkage take the blocks as they are, single rods want them
+/// by nodes (`for_each_entry`).
 ///
 ///            e_j  theta_j   e_(j+1)  theta_(j+1)
 ///    e_j   [ ee     et    |   ee         et    ]
@@ -19,8 +19,8 @@ class HessianBlocks {
   [[nodiscard]] EdgeBlock<double> edge(int slot) const;
   [[nodiscard]] CrossBlock<double> cross(int slot) const;
 
-  /// One row per slot, columns: ee (6: lower triangle by rows), et (3), tt of the edge; then ee (9,
-  /// by columns), et (3), te (3), tt of the cross block.
+  /// One row per slot. The columns are ee (6: lower triangle by rows), et (3), tt of the edge; then
+  /// ee (9, by columns), et (3), te (3), tt of the cross block.
   [[nodiscard]] const SlotArray& values() const { return values_; }
 
  private:

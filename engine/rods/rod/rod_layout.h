@@ -16,8 +16,8 @@ namespace limber::rods {
 ///   node  o   o   o   o   o   o   o
 ///   edge   ---  ---  ---   (none)  ---  ---   (none)
 ///
-/// Unknowns: 4 per slot, dof 4 * slot + axis for the position of the node, 4 * slot + 3 for the
-/// angle theta of the edge (without meaning where there is no edge: gradients are zero there).
+/// Unknowns are 4 per slot: 4 * slot + axis is the position of the node, 4 * slot + 3 the angle
+/// theta of the edge. Without an edge that angle has no meaning: gradients are zero.
 class RodLayout {
  public:
   /// @param edges_of_rod  number of edges of every rod, each >= 1

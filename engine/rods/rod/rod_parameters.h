@@ -5,10 +5,10 @@
 
 namespace limber::rods {
 
-/// What a rod is made of and how it is at rest, a row per slot. Also the shape of a direction of
-/// change of all these numbers (for derivatives by rest lengths, section scales, ...).
+/// Material and rest shape of a rod, a row per slot. Also the shape of a direction of change of all
+/// these numbers (for derivatives by rest lengths, section scales, ...).
 ///
-/// Columns: `Parameter`. Curvatures and twist at rest are integrated, as the strains are: the
+/// Columns: `Parameter`. Curvatures and twist at rest are integrated, as the strains are. The
 /// curvature of an arc of radius R is 2 tan(l / 2R) per vertex, not 1 / R (kTurningAngle: l / R).
 class RodParameters {
  public:

@@ -45,7 +45,7 @@ template <class V>
           load3<V>(frames, kTransport, row)};
 }
 
-/// unknowns (4 columns) -> frames. Where there is no edge, the frame is any numbers.
+/// unknowns (4 columns) -> frames. If there is no edge, the frame is any numbers.
 template <class V>
 void frames(const RodLayout& layout, const SlotsIn& source, const SlotsIn& unknowns,
             const SlotsOut& out) {
@@ -132,7 +132,7 @@ template <class V>
            load<V>(parameters, P::kRestTwist, node)}};
 }
 
-/// What a sweep over vertices leaves: moments (3) and stiffnesses (6; may be absent) per vertex.
+/// Results of a sweep over vertices: moments (3) and stiffnesses (6; may be absent) per vertex.
 struct VertexOut {
   SlotsOut moments;
   SlotsOut stiffnesses;
@@ -247,7 +247,7 @@ void blocks(const RodLayout& layout, const SlotsIn& source, const SlotsIn& param
   return result;
 }
 
-/// Array for a sweep to write; what it does not write is zero.
+/// Array for a sweep to write; entries that it does not write are zero.
 [[nodiscard]] inline SlotArray slots(const RodLayout& layout, int fields) {
   return SlotArray::Zero(layout.rows(), fields);
 }

@@ -18,8 +18,8 @@ struct RodEnergies {
 /// Rods at given unknowns: present tangents, material frames (transported from the source frames by
 /// the smallest rotation, then turned by theta) and twists. Values of this type cannot be stale:
 /// unknowns do not change without everything else. Energy and gradient are functions of the
-/// unknowns with the source held fixed, exact at any distance from the source except where an edge
-/// points opposite to its source tangent, has no length, or folds back onto its neighbour; there
+/// unknowns with the source held fixed. They are exact at any distance from the source. If an edge
+/// points opposite to its source tangent, has no length, or folds back onto its neighbour,
 /// `is_finite` is false.
 ///
 /// Theory: (rod linkages, sec. 4.1 and 5, "finite transport").
@@ -78,10 +78,10 @@ class RodState {
 };
 
 /// A state whose source frames are its present frames: the one place where the Hessian has its
-/// simple form. Made from a state by moving the source there, which keeps unknowns, material
-/// frames, strains and energies to the last bit (the twist continues from where it is, past any
-/// number of turns) and changes the gradient only by the holonomy term. Newton's method makes one
-/// at every iterate and then moves within its source frames.
+/// simple form. It is made from a state by moving the source there. This keeps unknowns, material
+/// frames, strains and energies to the last bit; the twist continues past any number of turns. The
+/// gradient changes only by the holonomy term. Newton's method makes one at every iterate and then
+/// moves within its source frames.
 class RodAtSource {
  public:
   /// @throws Error{kFailedPrecondition} if the state is not finite

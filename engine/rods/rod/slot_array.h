@@ -87,7 +87,7 @@ template <class V>
   store(slots, field + 5, row, a.zz);
 }
 
-/// value where active > 1/2, else zero; what is not active may be anything, NaN too.
+/// value where active > 1/2, else zero; inactive values may be anything, NaN too.
 template <class V>
 [[gnu::always_inline]] inline V where_active(const Lane& active, const V& value) {
   if constexpr (std::is_same_v<V, Lane>) {

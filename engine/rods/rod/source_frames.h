@@ -6,10 +6,10 @@
 
 namespace limber::rods {
 
-/// From where the reference frames are transported: for every edge a unit tangent and a unit
-/// director orthogonal to it, for every interior vertex the twist from one reference frame to the
-/// next [rad], any number of turns. Energies and gradients are functions of the unknowns and of
-/// this, which therefore never changes; a RodAtSource has its own.
+/// Start of the transport of the reference frames. Every edge has a unit tangent and a unit
+/// director orthogonal to it, every interior vertex the twist from one reference frame to the next
+/// [rad], any number of turns. Energies and gradients are functions of the unknowns and of this,
+/// which therefore never changes; a RodAtSource has its own.
 class SourceFrames {
  public:
   /// Columns: tangent (3), director (3), twist (1). Rows as the layout's slots.

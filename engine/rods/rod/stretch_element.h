@@ -3,9 +3,9 @@
 #include "engine/base/numerics/vec3.h"
 
 // Kernel: stretching of one edge, for a scalar, a SIMD pack or a Dual:
-//   E = stretching / 2 (l / rest - 1)^2 rest,
-// stretching = E A [force] times the density with which the edge counts: two rods that share an
-// edge at a joint of a linkage count it one half each.
+//   E = stretching / 2 (l / rest - 1)^2 rest.
+// The factor `stretching` is E A [force] times the density with which the edge counts. Two rods
+// that share an edge at a joint of a linkage count it one half each.
 
 namespace limber::rods {
 

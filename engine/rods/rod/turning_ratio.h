@@ -13,7 +13,8 @@ namespace detail {
 
 inline constexpr int kTurningTerms = 28;
 
-/// Of z^k in (-1)^n (2 n + 1) / n! (1 + x)^(n + 1) f^(n)(x), z = x / (1 + x): all positive.
+/// Coefficients of z^k in (-1)^n (2 n + 1) / n! (1 + x)^(n + 1) f^(n)(x), z = x / (1 + x): all
+/// positive.
 template <int kDerivative>
 constexpr std::array<double, kTurningTerms> turning_coefficients() {
   std::array<double, kTurningTerms> result{};
@@ -37,7 +38,7 @@ template <class V>
   return result;
 }
 
-/// Where the series is short enough: x <= 1/3, angles up to 60 degrees.
+/// The series, for the range in which it is short enough: x <= 1/3, angles up to 60 degrees.
 template <int kDerivative, class V>
 [[gnu::always_inline]] inline V turning_series(const V& x, const V& inverse) {
   constexpr auto kCoefficients = turning_coefficients<kDerivative>();
@@ -63,7 +64,7 @@ template <int kDerivative, class V>
 
 }  // namespace detail
 
-/// The derivative of the given order of f(x) = atan(sqrt x) / sqrt x, x >= 0: with x the square of
+/// The derivative of the given order of f(x) = atan(sqrt x) / sqrt x, x >= 0. With x the square of
 /// tan(phi / 2), f is the ratio of phi to 2 tan(phi / 2). A few ulps, smooth at zero; order 4 keeps
 /// three digits less.
 template <int kDerivative, class V>

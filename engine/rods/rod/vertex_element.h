@@ -8,8 +8,8 @@
 // The energy depends on how the frame after the vertex is turned against the frame before it, and
 // on nothing else. One moment vector and one symmetric 3 x 3 matrix therefore hold the whole
 // gradient and Hessian:
-//   d E = moment . (omega_after - omega_before),
-// omega the rotation of a frame, and with left rotations exp(omega^x) of both frames
+//   d E = moment . (omega_after - omega_before).
+// The rotation of a frame is omega. With left rotations exp(omega^x) of both frames
 //   d^2 E = omega^T stiffness omega - moment . (omega_before x omega_after),
 //   omega = omega_after - omega_before.
 // `edge_stiffness.h` turns these into derivatives by edge vectors and angles. Equal to the formulas
@@ -18,8 +18,8 @@
 
 namespace limber::rods {
 
-/// Integrated strains of a vertex: curvatures kappa_1 = (kappa b) . d2, kappa_2 = -(kappa b) . d1
-/// in the frames before and after it (rod linkages, sec. 5.2), and the twist [rad].
+/// Integrated strains of a vertex. The curvatures kappa_1 = (kappa b) . d2, kappa_2 = -(kappa b) .
+/// d1 are in the frames before and after it (rod linkages, sec. 5.2). The twist is in [rad].
 template <class V>
 struct VertexStrains {
   V before_1;
@@ -51,8 +51,8 @@ struct VertexEnergy {
   V twisting;
 };
 
-/// The twist from one material frame to the next, in the branch nearest to `expected`. (R21 - R12)
-/// and (R11 + R22) of the relative rotation are chi sin m and chi cos m: no transport is needed.
+/// The twist from one material frame to the next, in the branch nearest to `expected`. No transport
+/// is needed: (R21 - R12) and (R11 + R22) of the relative rotation are chi sin m and chi cos m.
 template <class V>
 [[gnu::always_inline]] inline V material_twist(const MaterialFrame<V>& before,
                                                const MaterialFrame<V>& after, const V& expected) {

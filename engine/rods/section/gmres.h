@@ -14,8 +14,8 @@ struct GmresResult {
 };
 
 /// A x = b by GMRES without restarts, for operators that are a small part away from a multiple of
-/// the identity. Stops where the estimate of |b - A x| is at most tolerance |b|, where the Krylov
-/// space is exhausted, or after max_iterations; the result says which x was reached, and the caller
+/// the identity. Stops if the estimate of |b - A x| is at most tolerance |b|, if the Krylov space
+/// is exhausted, or after max_iterations. The result says which x was reached, and the caller
 /// decides whether that is close enough.
 /// @param b  n numbers; zero gives x = 0
 /// @param max_iterations  > 0; so many vectors of n numbers are held

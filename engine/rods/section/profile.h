@@ -8,14 +8,14 @@ namespace limber::rods {
 /// A closed polygon, without repeating the first vertex at the end. Either sense of rotation.
 using Polygon = std::vector<Eigen::Vector2d>;
 
-/// A section by its outline, and the outlines of what is cut out of it.
+/// A section by its outline, and the outlines of its holes.
 struct Profile {
   Polygon outline;
   std::vector<Polygon> holes;
 
-  /// @throws Error{kInvalidArgument} naming the polygon, and the vertex or edge: fewer than three
-  /// vertices, numbers that are not finite, edges of no length, edges that cross or touch (of one
-  /// polygon or of two), holes outside the outline or inside each other
+  /// @throws Error{kInvalidArgument} naming the polygon, and the vertex or edge. Polygons have
+  /// three vertices at least, finite numbers and edges of some length. Edges do not cross or touch
+  /// (of one polygon or of two); holes are inside the outline and not inside each other
   void validate() const;
   /// The same with the outline counter-clockwise and holes clockwise: the section is to the left.
   [[nodiscard]] Profile oriented() const;

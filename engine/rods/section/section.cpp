@@ -34,7 +34,7 @@ void demand_below(const char* name, double value, const std::string& limit_name,
               fmt::format("must be less than {} = {}, got {}", limit_name, limit, value));
 }
 
-/// Of a shape symmetric about x and y, from its integrals of x^2 and y^2.
+/// Properties of a shape symmetric about x and y, from its integrals of x^2 and y^2.
 SectionProperties symmetric(double area, double xx, double yy, double torsion_constant,
                             double torsion_shear) {
   SectionProperties result;
@@ -47,7 +47,7 @@ SectionProperties symmetric(double area, double xx, double yy, double torsion_co
   return result;
 }
 
-constexpr int kRoundCorners = 24;  // of what stands for an ellipse
+constexpr int kRoundCorners = 24;  // of the polygon for an ellipse
 
 Polygon outline(const Rectangle& s) {
   const double x = 0.5 * s.width, y = 0.5 * s.height;

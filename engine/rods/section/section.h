@@ -63,27 +63,26 @@ struct SectionProperties {
 
 /// Whether the dimensions make a section: quick, without its torsion.
 /// @throws Error{kInvalidArgument} naming the dimension ("section.web_thickness"), its value and
-/// what it must be; for profiles as Profile::validate; {kLimitExceeded, "section.outer"} for
-/// those whose torsion would be too large a problem
+/// its limits; for profiles as Profile::validate; {kLimitExceeded, "section.outer"} for those whose
+/// torsion would be too large a problem
 void validate(const Section& section);
 
 /// @throws Error as `validate`; for any but Rectangle, Ellipse and Tube as `torsion`
 [[nodiscard]] SectionProperties section_properties(const Section& section);
 
-/// What is seen of a section from outside, counter-clockwise in the axes x and y; 24 corners where
-/// it is round.
+/// Outer outline of a section, counter-clockwise in the axes x and y; 24 corners if it is round.
 /// @pre the section is one that section_properties takes
 [[nodiscard]] Polygon section_outline(const Section& section);
 
-/// How a section lies on the directors of rods. kD1, kD2: its stiffer principal axis is that one,
-/// so that bending_1 (about d2) is the stiffer or the softer of the two. kAsGiven: its x is d1, its
-/// y d2; of sections with oblique principal axes, the one nearer to x is d1.
+/// Orientation of a section on the directors of rods. With kD1 or kD2 its stiffer principal axis is
+/// that one, so that bending_1 (about d2) is the stiffer or the softer of the two. With kAsGiven
+/// its x is d1, its y d2; if its principal axes are oblique, the one nearer to x is d1.
 enum class StiffAxis { kD1, kD2, kAsGiven };
 
-/// kD1 or kD2: what kAsGiven is for a section of these properties.
+/// kD1 or kD2: the equivalent of kAsGiven for a section of these properties.
 [[nodiscard]] StiffAxis stiff_axis_of(const SectionProperties& properties, StiffAxis axis);
 
-/// What a rod of this section resists with.
+/// Stiffnesses of a rod of this section.
 struct SectionStiffness {
   double stretching = 0;  // E A [force]
   double bending_1 = 0;   // E I [force length^2], curvature about d2

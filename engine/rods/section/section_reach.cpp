@@ -7,7 +7,7 @@
 namespace limber::rods {
 namespace {
 
-/// Along the first and the second principal axis; zero for what is not round.
+/// Radii along the first and the second principal axis; zero if the section is not round.
 Eigen::Vector2d principal_radii(const Section& section) {
   if (const auto* ellipse = std::get_if<Ellipse>(&section)) {
     return 0.5 * Eigen::Vector2d(std::max(ellipse->width, ellipse->height),

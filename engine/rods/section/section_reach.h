@@ -11,14 +11,14 @@ namespace limber::rods {
 [[nodiscard]] Polygon placed_outline(const Section& section, const SectionProperties& properties,
                                      StiffAxis axis = StiffAxis::kD1);
 
-/// Of section_outline, along x and along y.
+/// Size of section_outline, along x and along y.
 [[nodiscard]] Eigen::Array2d outline_size(const Section& section);
 
 /// Rods longer than so many times their least thickness open slowly, if at all: their section is
 /// likely given in another unit of length.
 inline constexpr double kMaxSlenderness = 2e4;
 
-/// How far a section reaches from its centroid: what bending strains most.
+/// Largest distances of a section from its centroid, where bending strains most.
 class SectionReach {
  public:
   /// @param properties  of this section
@@ -28,7 +28,8 @@ class SectionReach {
   struct Span {
     double least = 0, most = 0;
   };
-  /// Of direction . p over the points p of the section, on (d_1, d_2); exact for round ones too.
+  /// Span of direction . p over the points p of the section, on (d_1, d_2); exact for round ones
+  /// too.
   [[nodiscard]] Span along(const Eigen::Vector2d& direction) const;
 
  private:

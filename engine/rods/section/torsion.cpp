@@ -41,9 +41,9 @@ double distance_between(const Eigen::Vector2d& a, const Eigen::Vector2d& b, cons
                    to_segment(side.start, a, b), to_segment(end, a, b)});
 }
 
-/// @param missed  what the panels at a corner, of size h, may miss of J: near an inner angle a, psi
-/// has a part r^(pi/a) times the turn of the outline there, which costs h^(2 pi/a), and a linear
-/// part, h^3
+/// @param missed  part of J that the panels at a corner, of size h, may miss. Near an inner angle
+/// a, psi has a part r^(pi/a) times the turn of the outline there, which costs h^(2 pi/a), and a
+/// linear part, h^3
 std::vector<Side> sides_of(const Profile& profile, const AreaMoments& moments, double scale,
                            double missed) {
   std::vector<Side> result;
@@ -216,8 +216,8 @@ Nodes place_nodes(const std::vector<Side>& sides, const GaussLegendre& rule) {
   return nodes;
 }
 
-/// Relative residuals of the discretised equation: what the iteration aims at, close to rounding,
-/// and what is accepted, well below the 1e-6 that `torsion` promises of J. Not tuned.
+/// Relative residuals of the discretised equation. The iteration aims at the first, close to
+/// rounding. The second is accepted, well below the 1e-6 that `torsion` promises of J. Not tuned.
 constexpr double kLinearTolerance = 1e-14, kMaxLinearResidual = 1e-10;
 
 Solved solve(const std::vector<Side>& sides, int order) {
@@ -269,8 +269,8 @@ Solved solve(const std::vector<Side>& sides, int order) {
 
 constexpr int kCoarseOrder = 5, kFineOrder = 7;
 
-/// What corners may miss of J at the first attempt, over scale^4: less for thin sections, whose J
-/// is far below I_p. 16 A / L^2 is one for a square.
+/// Part of J that corners may miss at the first attempt, over scale^4. It is less for thin
+/// sections, whose J is far below I_p. The value 16 A / L^2 is one for a square.
 double first_miss(const Profile& oriented, const AreaMoments& moments) {
   const double thinness = 16 * moments.area / std::pow(perimeter_of(oriented), 2);
   return 1e-9 * thinness * thinness;

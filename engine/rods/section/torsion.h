@@ -24,9 +24,9 @@ void demand_torsion_size(const Profile& profile);
 
 /// Any profile, thin or thick, with corners and holes. Solves for the warping function psi on the
 /// boundary,
-///   laplace psi = 0, d psi/d n = y n_x - x n_y, J = I_p - boundary integral of psi d psi/d n,
-/// by Green's formula with panels of Gauss points that shrink towards corners and close walls: no
-/// mesh of the inside, and the singularities of re-entrant corners cost a few more panels.
+///   laplace psi = 0, d psi/d n = y n_x - x n_y, J = I_p - boundary integral of psi d psi/d n
+/// by Green's formula. Panels of Gauss points shrink towards corners and close walls. No mesh of
+/// the inside is needed, and the singularities of re-entrant corners cost a few more panels.
 /// @throws Error as Profile::validate; Error{kNumerical} if the estimate stays above 1e-6 (walls
 /// thinner than about a thousandth of their length: use sections with formulas of their own)
 [[nodiscard]] Torsion torsion(const Profile& profile);

@@ -12,8 +12,9 @@ namespace limber::rods {
 ///   [ A   -C  ] [ y ] = [ c ]
 ///
 /// With C = 0 the rows are linear constraints A x = c (a mean opening angle, single angles) and y
-/// their forces with opposite sign; with C > 0 they are springs of compliance C between H's
-/// unknowns, x = (H + A^T C^-1 A)^-1 (b + A^T C^-1 c): Woodbury's formula, and C may tend to zero.
+/// their forces with opposite sign. With C > 0 they are springs of compliance C between H's
+/// unknowns, x = (H + A^T C^-1 A)^-1 (b + A^T C^-1 c). This is Woodbury's formula, and C may tend
+/// to zero.
 class BorderedSolver {
  public:
   /// @param rows        k x size(), A

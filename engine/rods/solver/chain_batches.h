@@ -6,9 +6,9 @@
 
 namespace limber::rods {
 
-/// A row of 4 n + 3 numbers x_0, theta_0, x_1, theta_1, .., theta_(n-1), x_n (positions of three),
-/// of which a joint at the start determines the first seven and a joint at the finish the last
-/// seven; the others are unknowns of their own.
+/// A row of 4 n + 3 numbers x_0, theta_0, x_1, theta_1, .., theta_(n-1), x_n (positions of three).
+/// A joint at the start determines the first seven, a joint at the finish the last seven; the
+/// others are unknowns of their own.
 struct Chain {
   int edges;         // n
   int start_joint;   // -1: free
@@ -62,7 +62,7 @@ class ChainBatches {
     return chain_begin_.back() + kJointSize * joint;
   }
 
-  /// Where a chain lives.
+  /// Place of a chain in the batches.
   struct Place {
     int batch;
     int lane;

@@ -16,8 +16,8 @@ struct LaneCount {
   Mask positive = {}, negative = {}, vanishing = {};
 };
 
-/// Eliminates pivots kFirst .. 3 within their own columns, which keep what they were before they
-/// are divided by their pivots, and stores the divided ones.
+/// Eliminates pivots kFirst .. 3 within their own columns and stores the divided columns. The
+/// columns keep their values from before the division by their pivots.
 template <int kFirst, std::ptrdiff_t kRows>
 void eliminate_panel(Window& window, const Lanes* scales, Lanes* factor, LaneCount& count) {
   for (int c = kFirst; c < kChainBlock; ++c) {
@@ -39,12 +39,12 @@ void eliminate_panel(Window& window, const Lanes* scales, Lanes* factor, LaneCou
   }
 }
 
-/// What a window holds of entries that no earlier block has touched.
+/// Content of a window's entries that no earlier block has touched.
 enum class Untouched { kZero, kInWindow };
 
-/// Rows kBegin .. kEnd - 1 of two columns side by side without what pivots kFirst .. 3 take from
-/// them, all pivots at once, to where the next block has them: rows ahead move on, the border's
-/// stay.
+/// Rows kBegin .. kEnd - 1 of two columns side by side, less the parts that pivots kFirst .. 3 take
+/// from them, all pivots at once. They go to where the next block has them: rows ahead move on, the
+/// border's stay.
 template <int kFirst, int kBegin, int kEnd, bool kZero>
 [[gnu::always_inline]] inline void subtract_rows(const Window& window, const Lanes* factor,
                                                  const int (&columns)[2], int from, Window& next) {
@@ -66,8 +66,8 @@ template <int kFirst, int kBegin, int kEnd, bool kZero>
   }
 }
 
-/// Eliminates the window's pivots kFirst .. 3, stores their columns and leaves the next window: the
-/// seven rows ahead become the next pivots and the first three rows ahead of those; the others,
+/// Eliminates the window's pivots kFirst .. 3, stores their columns and leaves the next window. The
+/// seven rows ahead become the next pivots and the first three rows ahead of those. The others,
 /// with their columns, are zero and not written.
 template <int kFirst, bool kHasBorder, Untouched kUntouched>
 void eliminate_block(Window& window, const Lanes* scales, Lanes* factor, LaneCount& count,
@@ -179,7 +179,7 @@ class Elimination {
     }
   }
 
-  /// What the joints see: the last seven numbers and the border.
+  /// Leaves the part that the joints see: the last seven numbers and the border.
   void leave(ChainRemainder& remainder) {
     const Window& window = this->window();
     const int end = batch_.end();

@@ -11,7 +11,7 @@
 //   [ pivots x_j, theta_j | x_(j+1), theta_(j+1), x_(j+2) | the seven numbers of the start joint ]
 //          4 (or theta_1)                 7                                7
 //
-// and what is left of it after the last block is the chain's matrix as seen from its joints.
+// and its remainder after the last block is the chain's matrix as seen from its joints.
 
 namespace limber::rods::detail {
 
@@ -21,7 +21,7 @@ inline constexpr std::ptrdiff_t kWindow = kChainBlock + kAhead + kTerminalSize; 
 /// place of its unit diagonal.
 inline constexpr std::ptrdiff_t kBlockFactor = kChainBlock * kWindow;
 
-/// What keeps a pivot of a chain from being taken as it is.
+/// Changes of a chain's pivots before elimination.
 struct ChainAdjustment {
   const Lanes* shift = nullptr;  // added to the diagonal, by number; null: nothing
   const Lanes* keep = nullptr;   // 1, or 0 for a pinned number; null: none is pinned
@@ -41,8 +41,8 @@ struct ChainRemainder {
                                           ChainRemainder& remainder);
 
 /// Forward substitution.
-/// @param numbers  right-hand side by number, with room for kTerminalSize + 1 more: on entry those
-/// of the joints are zero; on return L^-1 b, those of the joints hold what they receive
+/// @param numbers  right-hand side by number, with room for kTerminalSize + 1 more. On entry the
+/// numbers of the joints are zero; on return they hold the joints' share, the others L^-1 b
 void substitute_forward(const ChainBatch& batch, const Lanes* factor, Lanes* numbers);
 
 /// Backward substitution: numbers of the joints are known, the others hold L^-1 b.

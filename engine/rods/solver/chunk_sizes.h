@@ -4,7 +4,7 @@
 
 namespace limber::rods::detail {
 
-// What one thread takes at a time from a parallel loop: a few microseconds of work, as sharing a
+// Work that one thread takes at a time from a parallel loop: a few microseconds, since sharing a
 // loop costs one while threads spin for the next. Measured on two cores; halves and doubles of
 // these numbers made no difference.
 inline constexpr std::int64_t kBatchesPerChunk = 4;  // of chains, kLanes each

@@ -14,10 +14,10 @@ namespace limber::rods {
 ///
 ///   H = sum over chains of P^T A P + joint blocks,   P = (J_start, identity, J_finish)
 ///
-/// with A the chain's own matrix over its 4 n + 3 numbers (half-bandwidth 10) and J, 7 x 9, the
+/// with A the chain's own matrix over its 4 n + 3 numbers (half-bandwidth 10). J is 7 x 9: the
 /// derivatives of the numbers that a joint determines by the joint's unknowns. Memory is laid out
 /// for four chains side by side, so that elements of four equal chains are computed and added as
-/// whole vectors: number `lane` of a group of kChainLanes belongs to batch.chains[lane].
+/// whole vectors. Number `lane` of a group of kChainLanes belongs to batch.chains[lane].
 class CondensedMatrix {
  public:
   explicit CondensedMatrix(std::shared_ptr<const ChainBatches> structure);
@@ -29,10 +29,10 @@ class CondensedMatrix {
 
   void set_zero();
 
-  /// Band of a batch: entry (column + d, column) of its chains, 0 <= d <= 10, at
-  /// [(column * kBandHeight + d) * kChainLanes + lane]; column 0 .. 4 n + 2. An element at interior
-  /// vertex i adds to the 66 entries of rows and columns 4 (i - 1) .. 4 (i - 1) + 10. Entries past
-  /// the last row must stay zero.
+  /// Band of a batch. Entry (column + d, column) of its chains, 0 <= d <= 10, is at [(column *
+  /// kBandHeight + d) * kChainLanes + lane]; column 0 .. 4 n + 2. An element at interior vertex i
+  /// adds to the 66 entries of rows and columns 4 (i - 1) .. 4 (i - 1) + 10. Entries past the last
+  /// row must stay zero.
   [[nodiscard]] double* band(int batch) {
     return (band_.data() + structure_->batches()[batch].band)->values;
   }

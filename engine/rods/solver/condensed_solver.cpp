@@ -153,7 +153,7 @@ class CondensedSolver::Impl {
     });
   }
 
-  /// Leaves what backward() begins with.
+  /// Leaves the start of backward().
   void eliminate(double* x) {
     LIMBER_DEMAND(factored_);
     for_batches([&](int batch) { forward(batch, x); });
@@ -200,7 +200,7 @@ class CondensedSolver::Impl {
     detail::gather_rows(own, batch.end() - batch.begin(), numbers + batch.begin());
   }
 
-  /// What each chain of a batch has, null for empty lanes.
+  /// Data of each chain of a batch, null for empty lanes.
   template <class Number, class OfChain>
   static void rows_of(const ChainBatch& batch, Number* (&rows)[kChainLanes],
                       const OfChain& of_chain) {

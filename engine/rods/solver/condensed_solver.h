@@ -10,8 +10,8 @@
 
 namespace limber::rods {
 
-/// Direct solver for Hessians of linkages: every chain is condensed onto the joints at its ends,
-/// four chains at a time, then the joints' system of 9 x 9 blocks is factored by BlockLdlt.
+/// Direct solver for Hessians of linkages. Every chain is condensed onto the joints at its ends,
+/// four chains at a time; then BlockLdlt factors the joints' system of 9 x 9 blocks.
 ///
 /// Everything that depends on the structure only is done once; factor() and solves allocate
 /// nothing. L D L^T without exchanges: an indefinite matrix is factored too and its inertia
@@ -30,7 +30,7 @@ class CondensedSolver {
   /// @throws Error{kOutOfRange} for an unknown that is not there
   void set_pinned(const std::vector<int>& unknowns);
 
-  /// What a shift of 1 adds to each diagonal entry, e.g. masses; size() numbers >= 0. At first 1.
+  /// Increase of each diagonal entry by a shift of 1, e.g. masses; size() numbers >= 0. At first 1.
   /// @throws Error{kInvalidArgument} for a wrong size or a negative or not finite number
   void set_shift_weights(const Eigen::Ref<const Eigen::VectorXd>& weights);
 
@@ -42,18 +42,18 @@ class CondensedSolver {
   /// x <- (H + shift diag(weights))^-1 x with the last factor. Not from several threads at once.
   void solve_in_place(Eigen::Ref<Eigen::VectorXd> x);
 
-  /// The two halves of a solve, with the last factor, for who solves for the joints' unknowns
-  /// otherwise: those of x become x_J - H_Jc H_cc^-1 x_c, chains' unknowns stay;
+  /// The two halves of a solve, with the last factor, for callers that solve for the joints'
+  /// unknowns otherwise: those of x become x_J - H_Jc H_cc^-1 x_c, chains' unknowns stay;
   void eliminate_chains(Eigen::Ref<Eigen::VectorXd> x);
   /// then, with solutions for those of joints in x, chains' become H_cc^-1 (x_c - H_cJ x_J).
   void substitute_chains(Eigen::Ref<Eigen::VectorXd> x);
-  /// What the last factor's chains leave of the matrix of the joints, H_JJ - H_Jc H_cc^-1 H_cJ:
-  /// 9 x 9, column-major, of a joint (lower triangle), and by a chain between two joints (rows: its
+  /// The last factor's condensed matrix of the joints, H_JJ - H_Jc H_cc^-1 H_cJ. Its 9 x 9 blocks
+  /// are column-major: of a joint (lower triangle), and by a chain between two joints (rows: its
   /// start).
   [[nodiscard]] const double* condensed_joint(int joint) const;
   [[nodiscard]] const double* condensed_coupling(int chain) const;
 
-  /// Of the last factor.
+  /// For the last factor.
   [[nodiscard]] const PivotCount& pivots() const;
 
  private:

@@ -8,8 +8,9 @@
 
 namespace limber::scene {
 
-/// Where the vertices of a surface are within a tetrahedral mesh: each is a mean of the corners of
-/// one tet, its barycentric coordinates at rest. As the nodes move, the surface follows.
+/// Positions of a surface's vertices within a tetrahedral mesh. Each is a mean of the corners of
+/// one tet, weighted by its barycentric coordinates at rest. As the nodes move, the surface
+/// follows.
 struct SurfaceEmbedding {
   Eigen::Matrix<int, 4, Eigen::Dynamic> nodes;  // 4 x v: corners of the vertex's tet
   Eigen::Matrix4Xd weights;                     // 4 x v, each column's sum is 1
@@ -55,8 +56,7 @@ class Embedder {
 [[nodiscard]] Eigen::MatrixXd embedded_positions(
     const SurfaceEmbedding& embedding, const Eigen::Ref<const Eigen::MatrixXd>& positions);
 
-/// What is to be said of a surface that lies beside the body that is to carry it; empty where it
-/// lies near.
+/// Warning for a surface outside the body that is to carry it; empty if the surface is near it.
 /// @param body_length  longest side of the box around the nodes, in the unit of the nodes
 [[nodiscard]] std::string embedding_warning(const SurfaceEmbedding& embedding, double body_length);
 

@@ -14,7 +14,7 @@
 namespace limber::scene {
 namespace {
 
-/// Of the sum of barycentric weights: what numbers of single precision leave.
+/// Tolerance of the sum of barycentric weights: rounding of single precision.
 constexpr double kWeightSumTolerance = 1e-6;
 
 void check_weights(const Eigen::Vector3d& weights) {

@@ -29,9 +29,9 @@ template <class IsFixed>
 [[nodiscard]] bodies::SurfaceTriangles mesh_surface(const bodies::TetNodes& tets,
                                                     const std::vector<int>& source_of_compact);
 
-/// What the constraints of a scene hold: groups of nodes, points of its surfaces, vertices of the
-/// carried one. Where a scene's boundary is and how its surface is embedded is found out when it is
-/// first needed, which takes a pass over the tets. Thread-safe.
+/// The objects that a scene's constraints hold: groups of nodes, points of its surfaces, vertices
+/// of the carried one. The scene's boundary and the embedding of its surface are computed on first
+/// use, in a pass over the tets. Thread-safe.
 class SurfacePoints {
  public:
   /// @param scene  outlives this

@@ -140,7 +140,7 @@ void AbaqusMaterials::put(const std::string& set, std::int64_t part, std::int64_
   }
 }
 
-/// Of the set and of those within it. @param budget  of steps; at 0 the rest is left out
+/// Tets of the set and of the sets within it. @param budget  of steps; at 0 the rest is left out
 std::set<int> AbaqusMaterials::tets_of(const SetName& name,
                                        const std::map<std::int64_t, int>& tet_of,
                                        std::int64_t part_stride, std::int64_t& budget) const {
@@ -158,7 +158,7 @@ std::set<int> AbaqusMaterials::tets_of(const SetName& name,
       const auto [first, last] = set.runs[i];
       if (first < 0 || first >= part_stride) continue;
       const std::int64_t end = base + std::min(last, part_stride - 1);
-      // What there is, not what a line may name.
+      // Loop over existing tets, not over the ids that a line may name.
       for (auto tet = tet_of.lower_bound(base + first); tet != tet_of.end() && tet->first <= end;
            ++tet, --budget) {
         if ((tet->first - base - first) % set.steps[i] == 0) tets.insert(tet->second);

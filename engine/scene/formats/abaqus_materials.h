@@ -14,8 +14,8 @@
 
 namespace limber::scene::formats {
 
-/// Element sets, isotropic elastic materials and solid sections of an Abaqus file: which tet is of
-/// which material. What it says beyond that becomes warnings.
+/// Element sets, isotropic elastic materials and solid sections of an Abaqus file: the material of
+/// each tet. Other contents become warnings.
 class AbaqusMaterials {
  public:
   /// A keyword line of a part (0: before any part). @returns whether its data lines are for data()

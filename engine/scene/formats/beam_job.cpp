@@ -28,11 +28,11 @@ Json parse(std::string_view text, const char* name) {
 
 constexpr int kMostVertices = 2000000000;
 
-/// Of a job; "meshLabel" is read by the public code alone.
+/// Keys of a job; "meshLabel" is read by the public code alone.
 constexpr std::string_view kJobKeys[] = {
     "label",  "mesh filename",        "meshLabel",     "cross section dim", "beam material",
     "forces", "forced displacements", "fixed vertices"};
-/// Of the settings only these are read; the public code has many more, and in each version others.
+/// Only these settings are read; the public code has many more, different in each version.
 constexpr std::string_view kSettingsKeys[] = {"initialDistortion"};
 constexpr std::string_view kDistortionKeys[] = {"duration", "load"};
 
@@ -66,7 +66,8 @@ double read_number(const Json& value, const std::string& field) {
   return result;
 }
 
-/// Of a number that is written as a whole one. Json's own conversion would cut off its upper bits.
+/// Value of a number that is written as a whole one. Json's own conversion would cut off its upper
+/// bits.
 /// @returns nothing beyond `most`
 std::optional<int> read_count(const Json& value, int most) {
   std::optional<int> count;

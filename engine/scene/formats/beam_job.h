@@ -9,9 +9,8 @@
 namespace limber::scene {
 
 /// Reads SimulationJob.json and, where `settings` is not empty, the initial distortion of
-/// DRMSettings.json. Keys that jobs do not
-/// have are refused, with the nearest one that they have. Of the settings, keys that are almost
-/// "initialDistortion" are refused and all others passed over.
+/// DRMSettings.json. Unknown keys of jobs are refused; the message names the nearest known key. In
+/// the settings, keys that are almost "initialDistortion" are refused and all others are ignored.
 /// @throws Error{kInvalidArgument} with the member as field, e.g. "forces[3]"
 [[nodiscard]] BeamJob read_beam_job(std::string_view job, std::string_view settings = {});
 

@@ -36,7 +36,7 @@ class GlbReader {
   }
 
  private:
-  /// Numbers of a node, which keep their values where it has none.
+  /// Numbers of a node, which keep their values if it has none.
   template <int Count>
   bool read_numbers(const Json& node, const char* name,
                     Eigen::Matrix<double, Count, 1>& values) const {

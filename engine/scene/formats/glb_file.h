@@ -9,8 +9,8 @@
 
 namespace limber::scene::formats {
 
-/// Numbers that a glTF file has for each of its vertices or corners, decoded where they are asked
-/// for: what a file claims allocates nothing.
+/// Numbers that a glTF file has for each of its vertices or corners, decoded on request: the sizes
+/// that a file claims allocate no memory.
 class GlbAccessor {
  public:
   /// A component of an element: its size, the number that bytes are, and its greatest value.
@@ -58,7 +58,7 @@ class GlbFile {
   [[nodiscard]] std::int64_t size() const { return size_; }
   /// An array of an object; an empty one where it is absent.
   [[nodiscard]] const Json& list(const Json& object, const char* name) const;
-  /// The object of this number in a list. @param what  one of them, for messages
+  /// The object of this number in a list. @param what  an entry, for messages
   [[nodiscard]] const Json& entry(const Json& list, std::int64_t number, const char* what) const;
   /// The entry of a list of the document whose number is the member `name` of an object.
   [[nodiscard]] const Json& entry_of(const char* lists, const Json& object, const char* name) const;

@@ -5,7 +5,7 @@
 namespace limber::scene::formats {
 
 Json parse_object(std::string_view text, const std::function<void(const std::string&)>& refuse) {
-  // Files have a few levels; deeper ones would take the stack of whoever visits them.
+  // Files have a few levels; deeper ones would overflow the stack of a recursive visitor.
   constexpr int kMaxLevels = 100;
   const auto check_depth = [&](int depth, Json::parse_event_t, const Json&) {
     if (depth > kMaxLevels)

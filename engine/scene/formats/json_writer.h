@@ -14,7 +14,7 @@ class JsonWriter {
   void end_object() { end('}'); }
   void begin_array() { begin('['); }
   void end_array() { end(']'); }
-  /// Of the next value, in an object.
+  /// Key of the next value, in an object.
   void key(std::string_view name);
 
   void value(std::string_view text);

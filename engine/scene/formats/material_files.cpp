@@ -74,7 +74,7 @@ std::vector<Group> parse_groups(TextCursor& file) {
   return groups;
 }
 
-/// Checks the lists and finds what they count from.
+/// Checks the lists and finds their first id.
 std::int64_t first_id(const std::vector<Group>& groups, std::int64_t tet_count,
                       const TextCursor& file) {
   std::int64_t smallest = 1;

@@ -11,10 +11,10 @@ namespace limber::scene {
 /// Gives the tets of a mesh just read the materials of an `.elastic` file: groups of (E, nu),
 /// density and tet ids.
 ///
-/// Ids count from 0 or 1; the data decide: an id 0 means from 0, an id equal to the number of tets
-/// means from 1, both is an error, neither is taken as from 0 (as the known files do, contrary
-/// to their notes). A group without a list is for all tets that no list names. Tets that are left
-/// over get Material{}, with a warning.
+/// Ids count from 0 or 1, which the data decide. An id 0 means from 0, an id equal to the number of
+/// tets means from 1, both is an error. Neither means from 0 (as in the known files, contrary to
+/// their notes). A group without a list is for all tets that no list names. The remaining tets get
+/// Material{}, with a warning.
 /// @throws Error{kInvalidArgument} with `name` as field and "name:line: ..." as message
 void read_materials(const std::string& name, std::string_view content, MeshReading& reading);
 

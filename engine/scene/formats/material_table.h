@@ -19,9 +19,9 @@ class MaterialTable {
   void assign(int tet, int material) { tet_material_[static_cast<std::size_t>(tet)] = material; }
   void assign_unassigned(int material);
 
-  /// Gives the mesh its materials. Tets without one get Material{}, with a warning; if no tet has
+  /// Gives the mesh its materials. Tets without one get Material{}, with a warning. If no tet has
   /// one, the mesh is left without materials (the scene's own applies), with a warning if the file
-  /// has materials at all.
+  /// has any materials.
   void store(MeshReading& reading) const;
 
  private:

@@ -36,7 +36,7 @@ int LabelMap::find(std::int64_t label) const {
 }
 
 void MeshBuilder::reserve_nodes(std::int64_t count) {
-  // Of many small parts each would be copied with those before it.
+  // With many small parts, each would be copied together with those before it.
   const std::size_t needed = nodes_.size() + static_cast<std::size_t>(count);
   if (needed <= nodes_.capacity()) return;
   const std::size_t reserved = std::max(needed, 2 * nodes_.capacity());

@@ -31,11 +31,11 @@ class LabelMap {
   std::vector<std::pair<std::int64_t, int>> by_label_;  // sorted, where they are not
 };
 
-/// Collects what a reader finds and makes the mesh: ids resolved, cells that are no tets counted,
-/// nothing guessed.
+/// Collects the data of a reader and makes the mesh: ids are resolved, cells other than tets are
+/// counted, no value is guessed.
 class MeshBuilder {
  public:
-  /// What each takes, here and in the mesh that is made; lists that grow take twice as much.
+  /// Memory of each, here and in the resulting mesh; lists that grow take twice as much.
   static constexpr std::size_t kBytesOfNode = 96, kBytesOfTet = 160;
   static constexpr std::int64_t kNoGroup = INT64_MIN;
 
@@ -51,14 +51,15 @@ class MeshBuilder {
   void name_group(std::int64_t group, std::string name) { names_[group] = std::move(name); }
   /// A group that is no number of tets, e.g. an element set.
   void add_group(MeshGroup group) { groups_.push_back(std::move(group)); }
-  /// Of a tet that was added. One that is no material (see bodies::Material::validate) is counted.
+  /// Sets the material of an added tet. Invalid materials (see bodies::Material::validate) are
+  /// counted.
   void set_material(std::size_t tet, const bodies::Material& material);
   /// A tet of higher order, of which the corners were taken.
   void count_curved_tet() { ++curved_tets_; }
   /// A cell that is no tet, e.g. "triangle". A file may name any number of kinds, of any length:
   /// those beyond the first 20 are counted together, and names are cut.
   void ignore_cell(const std::string& kind, std::int64_t count = 1);
-  /// Of more than 50 warnings the rest is counted.
+  /// Warnings after the first 50 are only counted.
   void warn(std::string message);
 
   [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }

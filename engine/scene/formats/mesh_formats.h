@@ -30,12 +30,13 @@ struct MeshReading {
   /// In the order of their numbers or of the file; a tet may be in several. Empty where all tets
   /// are in one without a name.
   std::vector<MeshGroup> groups;
-  std::vector<std::string> warnings;  // what was skipped or is missing, in words with counts
+  std::vector<std::string> warnings;  // skipped or missing data, in words with counts
 };
 
 struct MeshReadLimits {
-  /// Of the data arrays of a .vtu with what is made of them. Compressed, they can be a thousand
-  /// times larger than the file; what other formats make is a few times their size.
+  /// Limit for the data arrays of a .vtu and the data made from them. Compressed arrays can be a
+  /// thousand times larger than the file; the data of other formats are a few times the size of the
+  /// file.
   std::size_t array_bytes = std::size_t{1} << 30;
 };
 
@@ -46,24 +47,24 @@ struct MeshReadLimits {
 ///
 /// Materials come from *ELASTIC, *DENSITY and *SOLID SECTION (Abaqus), from the cell data
 /// youngs_modulus, poissons_ratio and density (.vtk, .vtu) and from VegaFEM's own sections: [Pa]
-/// and [kg/m^3]. What a file says of materials and is not taken is a warning.
+/// and [kg/m^3]. Material data that are not used cause a warning.
 ///
-/// Nodes keep the order of the file and are counted from 0. Cells that are no tets are ignored,
-/// with a warning that counts them; of higher-order tets the corners are taken. A VegaFEM file
-/// whose *INCLUDE lists are not among the companions is read without what they would say: tets that
-/// then have no region get the default Material{}; where no tet has one, the mesh brings no
-/// materials at all. Both are warnings.
+/// Nodes keep the order of the file and are counted from 0. Cells other than tets are ignored, with
+/// a warning that counts them; for higher-order tets the corners are used. If *INCLUDE lists of a
+/// VegaFEM file are not among the companions, it is read without them. Tets that then have no
+/// region get the default Material{}; if no tet has one, the mesh has no materials. Both cause
+/// warnings.
 /// @throws Error{kInvalidArgument} with the file's name as field and "name:line: ..." as message
 /// for truncated,
 ///   inconsistent or non-numeric content and for a file without tets; {kUnsupported} for a format,
-///   version or encoding that is not read; {kNotFound} for a companion without which there is no
-///   mesh; {kLimitExceeded} for arrays beyond the limits, and for VegaFEM files that include others
+///   version or encoding that is not read; {kNotFound} for a missing companion that the mesh needs;
+///   {kLimitExceeded} for arrays beyond the limits, and for VegaFEM files that include others
 ///   so often that twice their bytes (and 1 MiB) are read.
 [[nodiscard]] MeshReading read_mesh(const MeshFileSet& files, const MeshReadLimits& limits = {});
 
-/// The same from disk. Companions are found beside the file: the other half of a TetGen pair
+/// The same from disk. Companions are found in the same folder: the other half of a TetGen pair
 /// (either may be given), the includes of a VegaFEM file, and materials in a file of the same stem
-/// ending in .elastic; taking the latter gives a warning.
+/// ending in .elastic. Use of the latter gives a warning.
 /// @throws Error{kIo} if the file cannot be read, {kLimitExceeded} if it has more than `max_bytes`.
 [[nodiscard]] MeshReading read_mesh_file(const std::filesystem::path& path,
                                          std::size_t max_bytes = std::size_t{1} << 30,

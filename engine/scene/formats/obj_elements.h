@@ -24,7 +24,7 @@ inline std::int64_t obj_vertex_index(std::string_view corner, std::int64_t verte
   return *index > 0 ? *index - 1 : vertex_count + *index;
 }
 
-/// What follows the "v" of a line: x y z; a weight or colours are passed over.
+/// The numbers after the "v" of a line: x y z; a weight or colours are ignored.
 inline Eigen::Vector3d obj_vertex(TextCursor& file) {
   const double x = file.real_in_line("coordinate x");
   const double y = file.real_in_line("coordinate y");

@@ -1,5 +1,5 @@
 // Geomview .off: a keyword, counts of vertices, faces and edges, then a line for each vertex and
-// face. What follows coordinates and corners in a line (normals, colours) is passed over.
+// face. Other data after coordinates and corners in a line (normals, colours) are ignored.
 #include "engine/base/checked_number.h"
 #include "engine/scene/formats/surface_readers.h"
 
@@ -40,7 +40,7 @@ TriangleSurface read_off(TextCursor& file) {
   read_keyword(file);
   const std::int64_t vertices = file.integer("a number of vertices");
   const std::int64_t faces = file.integer("a number of faces");
-  file.skip_line();  // the number of edges, which nobody needs
+  file.skip_line();  // the number of edges, which is not needed
   file.check_count(vertices, "the number of vertices", kVertexBytes);
   file.check_count(faces, "the number of faces", kFaceBytes);
   SurfaceBuilder builder;

@@ -6,7 +6,7 @@
 
 namespace limber::scene {
 
-/// Lines through points, with what is known of each point and each line. A plain value.
+/// Lines through points, with data of each point and each line. A plain value.
 struct Polylines {
   struct Array {
     std::string name;

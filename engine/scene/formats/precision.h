@@ -6,8 +6,8 @@ namespace limber::scene {
 
 enum class Precision { kFloat32, kFloat64 };
 
-/// What positions near these points are to be written in. Single precision rounds a coordinate x by
-/// up to 6e-8 |x|. Where that could exceed half a millionth of the points' size, double is needed.
+/// Number type for writing positions near these points. Single precision rounds a coordinate x by
+/// up to 6e-8 |x|. If that could exceed half a millionth of the points' size, double is needed.
 /// @param points  3 x count; without points, kFloat32
 [[nodiscard]] Precision precision_for(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 

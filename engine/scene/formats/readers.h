@@ -19,8 +19,8 @@ using Companions = std::map<std::string, std::string>;
 [[nodiscard]] MeshReading read_medit(TextCursor& file);
 [[nodiscard]] MeshReading read_tetgen(TextCursor& nodes, TextCursor& elements);
 [[nodiscard]] MeshReading read_vega(TextCursor& file, const Companions& companions);
-/// Names of the files that *INCLUDE lines ask for, without folders: companions lie beside the file,
-/// nowhere else.
+/// Names of the files in *INCLUDE lines, without folders: companions must be in the folder of the
+/// file.
 [[nodiscard]] std::vector<std::string> vega_includes(std::string_view content);
 [[nodiscard]] MeshReading read_vtk_legacy(TextCursor& file);
 /// @param array_bytes  see MeshReadLimits

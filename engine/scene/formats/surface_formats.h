@@ -12,13 +12,13 @@ namespace limber::scene {
 /// The formats that read_surface() knows, for messages.
 inline constexpr const char* kSurfaceEndings = ".obj, .ply, .stl, .off and .glb";
 
-/// Reads a triangle surface: Wavefront .obj (polygons are fanned; texture and normal indices are
-/// passed over), .ply (ASCII and binary of either byte order), .stl (ASCII and binary), .off (text;
-/// colours and normals are passed over) and .glb (binary glTF 2.0: the triangles of its default
-/// scene, moved by their nodes; no skins, morph targets or materials). Vertices that coincide
-/// exactly are merged in .stl and .glb only, since these formats repeat them; they are numbered in
-/// the order of the triangles then. Coordinates stay as in the file, whatever unit and axes it is
-/// in: those of .glb are metres with y up by its standard.
+/// Reads a triangle surface: .obj, .ply (ASCII and binary of either byte order), .stl (ASCII and
+/// binary), .off (text) and .glb (binary glTF 2.0). Polygons of Wavefront .obj are fanned, its
+/// texture and normal indices ignored; colours and normals of .off are ignored. For .glb these are
+/// the triangles of its default scene, moved by their nodes; no skins, morph targets or materials.
+/// Vertices that coincide exactly are merged in .stl and .glb only, since these formats repeat
+/// them; they are numbered in the order of the triangles then. Coordinates stay as in the file,
+/// whatever unit and axes it is in: those of .glb are metres with y up by its standard.
 ///
 /// These readers are small and our own: files come from strangers, and general import libraries
 /// (Assimp) have a long history of memory faults with such files.

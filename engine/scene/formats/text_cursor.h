@@ -44,14 +44,14 @@ class TextCursor {
   bool next_line(std::string_view& rest);
   void skip_line();
 
-  /// @param what  what is expected here, for the message: "a node id"
+  /// @param what  the expected item, for the message: "a node id"
   double real(const char* what);
   std::int64_t integer(const char* what);
   /// The same, but refusing to look for it on a later line: a short line is not filled up from the
   /// next.
   double real_in_line(const char* what);
   std::int64_t integer_in_line(const char* what);
-  /// A count of things of which each needs at least `bytes_each` bytes of what is left.
+  /// A count of things; each needs at least `bytes_each` of the remaining bytes.
   std::int64_t count(const char* what, std::size_t bytes_each);
   /// Refuses a count that the rest of the file cannot hold.
   void check_count(std::int64_t value, const char* what, std::size_t bytes_each) const;

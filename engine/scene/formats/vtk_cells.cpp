@@ -75,7 +75,7 @@ const std::vector<double>* data_named(const VtkCells& cells,
   return nullptr;
 }
 
-/// What cell data say of cells: materials and numbers of groups.
+/// Values of cells from cell data: materials and numbers of groups.
 class CellValues {
  public:
   explicit CellValues(const VtkCells& cells)

@@ -9,8 +9,8 @@
 
 namespace limber::scene::formats {
 
-/// Cells of a VTK unstructured grid as both its formats give them: cell i has type types[i] and the
-/// points connectivity[begin .. ends[i]), begin being the end of the cell before (0 for the first).
+/// Cells of a VTK unstructured grid as in both its formats. Cell i has type types[i] and the points
+/// connectivity[begin .. ends[i]), begin being the end of the previous cell (0 for the first).
 struct VtkCells {
   std::vector<std::int64_t> types;
   std::vector<std::int64_t> ends;

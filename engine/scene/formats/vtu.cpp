@@ -51,7 +51,7 @@ std::vector<double> read_points(const pugi::xml_node& piece, const VtuEncoding& 
   return coordinates;
 }
 
-/// Of a name that is known and with a number for each cell; others are listed in `unread`.
+/// Reads an array of a known name with a number for each cell; others are listed in `unread`.
 void read_cell_data(const pugi::xml_node& array, const VtuEncoding& encoding,
                     const TextCursor& file, ArrayBudget& budget, VtkCells& cells,
                     std::vector<std::string>& unread) {

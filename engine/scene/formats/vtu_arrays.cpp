@@ -118,7 +118,7 @@ class VtuArray {
                                        : decode<std::uint32_t>(at, encoding_.order);
   }
 
-  /// @param take  called with the size of what is to be decoded
+  /// @param take  called with the decoded size
   template <class Take>
   std::string plain_bytes(const Take& take) const {
     const std::size_t header = encoding_.header_bytes;

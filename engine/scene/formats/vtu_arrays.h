@@ -24,13 +24,13 @@ struct VtuEncoding {
   std::string_view appended;  // what follows the '_' of AppendedData
 };
 
-/// What the arrays of a file may take in memory together: compressed or named many times, a small
-/// file can claim any size.
+/// Memory limit for all arrays of a file: compressed or named many times, a small file can claim
+/// any size.
 class ArrayBudget {
  public:
   explicit ArrayBudget(std::size_t bytes) : bytes_(bytes), left_(bytes) {}
   /// To be called before memory is taken.
-  /// @throws Error{kLimitExceeded} through `file` where more is asked for than is left
+  /// @throws Error{kLimitExceeded} through `file` if more is requested than remains
   void take(std::uint64_t bytes, const TextCursor& file);
 
  private:

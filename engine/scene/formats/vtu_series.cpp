@@ -75,7 +75,7 @@ Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                 const std::function<VtuFrame(std::size_t)>& frame,
                                 Eigen::Index node_count, std::size_t max_bytes) {
   if (count == 0) refuse_series(name, "has no frames");
-  std::vector<double> positions;  // grows with what is there, not with what `count` promises
+  std::vector<double> positions;  // grows with the frames read, not with `count`
   for (std::size_t i = 0; i < count; ++i) {
     const VtuFrame file = frame(i);
     const std::string where = fmt::format("frame {} ({})", i, file.name);

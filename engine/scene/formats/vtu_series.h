@@ -17,8 +17,8 @@ struct VtuFrame {
 
 /// The .vtu files that a ParaView .pvd lists, in the order of their times; names as it writes them,
 /// relative to it.
-/// @throws Error{kInvalidArgument} with `name` as field for what is no .pvd, lists no file, two
-/// for the same time (parts of one body in several files), or one for two times
+/// @throws Error{kInvalidArgument} with `name` as field if it is not a .pvd, or lists no file, two
+/// files for one time (parts of one body in several files), or one file for two times
 [[nodiscard]] std::vector<std::string> pvd_files(const std::string& name, std::string_view content);
 
 /// A motion from one .vtu per frame: the points of each are the positions of the nodes in its
@@ -30,7 +30,7 @@ struct VtuFrame {
 /// @returns 3 nodes x frames, 3 * node + axis
 /// @throws Error naming frame and file in its message, `name` as field: as readers of meshes do;
 /// {kInvalidArgument} for another number of points or a coordinate that is not finite;
-/// {kLimitExceeded} beyond `max_bytes`, before so much is taken
+/// {kLimitExceeded} beyond `max_bytes`, before the memory is allocated
 [[nodiscard]] Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                               const std::function<VtuFrame(std::size_t)>& frame,
                                               Eigen::Index node_count,

@@ -21,9 +21,8 @@ bodies::TetMesh beam_mesh(int nx, int ny, int nz, const Eigen::Vector3d& low,
       }
     }
   }
-  // The orders in which the three axes can be walked from one corner of a cell to the opposite one;
-  // the last number says whether the order is an odd permutation, which would turn the tet inside
-  // out.
+  // The orders in which the three axes can be followed from one corner of a cell to the opposite
+  // one. The last number is 1 for an odd permutation, which would turn the tet inside out.
   static constexpr int kWalks[6][4] = {{0, 1, 2, 0}, {1, 2, 0, 0}, {2, 0, 1, 0},
                                        {0, 2, 1, 1}, {2, 1, 0, 1}, {1, 0, 2, 1}};
   mesh.tets.resize(4, 6 * nx * ny * nz);

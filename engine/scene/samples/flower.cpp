@@ -39,7 +39,7 @@ ImplicitSolid flower_solid() {
     double head = ellipsoid(x, {0, kTop + 0.03, 0}, {0.062, 0.045, 0.062});
     double leaves = std::numeric_limits<double>::infinity();
     for (const Blade& petal : petals) {
-      // A petal lies within this reach of its root: most need no evaluation.
+      // A petal is within this distance of its root: most need no evaluation.
       const double reach = petal.length + petal.tip_radius + 2 * petal.half_thickness;
       if ((x - petal.root).norm() - reach < leaves) leaves = std::min(leaves, petal.distance(x));
     }
@@ -65,8 +65,9 @@ Scene make_flower() {
   scene.dynamics.period_frames = 60;
   scene.model.mode_count = 30;
   // The paper's figure 5, bottom row: 20 constraints in frames 30 to 125 lead the top of the flower
-  // around a circle. Its heights are those the top takes by itself when only x and z are asked for
-  // (within 4 mm: petals tilt the circle by 25 mm), so that the targets cost bending only.
+  // around a circle. Its heights are those that the top takes by itself if only x and z are
+  // constrained (within 4 mm: petals tilt the circle by 25 mm). Therefore the targets cost bending
+  // only.
   const int top = node_near(scene.mesh, {0, kTop + 0.075, 0});
   const double height = scene.mesh.nodes(1, top);
   constexpr int kCount = 20;

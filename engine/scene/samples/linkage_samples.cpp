@@ -58,8 +58,8 @@ Linkage make_dome() {
 }
 
 /// The rulings of x^2 + y^2 = r0^2 + (z tan)^2 from z = -h to h. Rod i of one family starts at the
-/// azimuth i D and turns by `kSteps` D up to its end, the other family turns in the other
-/// direction; rods cross at azimuths that are multiples of D / 2.
+/// azimuth i D and turns by `kSteps` D up to its end. The other family turns in the other
+/// direction. Rods cross at azimuths that are multiples of D / 2.
 Linkage make_hyperboloid() {
   constexpr int kRods = 12, kSteps = 3, kLevels = 2 * kSteps + 1;
   constexpr double kRadius = 0.6, kHalfHeight = 0.9, kTurn = kFullTurn / kRods;

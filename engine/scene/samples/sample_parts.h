@@ -12,7 +12,7 @@ namespace limber::scene::samples {
 [[nodiscard]] Scene make_bird();
 [[nodiscard]] Scene make_dino();
 
-/// The mesh of a sample's body; nothing of it may be lost.
+/// The mesh of a sample's body; no part of it may be lost.
 [[nodiscard]] bodies::TetMesh mesh_of(const ImplicitSolid& solid,
                                       const TetrahedralizeOptions& options);
 /// Fixes every node at whose rest position `inside` holds. There must be some.

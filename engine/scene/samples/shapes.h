@@ -33,7 +33,7 @@ struct Tube {
 /// A blade such as a petal or a wing: the hull of two circles in a plane, given thickness with a
 /// round rim, and rolled up along its length.
 struct Blade {
-  Vector3d root;      // where the first circle's centre lies
+  Vector3d root;      // centre of the first circle
   Vector3d along;     // unit: from the root to the tip, at the root
   Vector3d up;        // unit, across `along`: the side towards which a positive curl bends it
   double length = 1;  // between the circles' centres, along the blade

@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A point is moved onto the surface if that is nearer than this share of its smallest cell: the
-/// bounds of Labelle and Shewchuk for uniform cells, along edges between centres or corners (of one
-/// cell side) and between a centre and a corner (of 0.866).
+/// A point is moved onto the surface if that is nearer than this share of its smallest cell. These
+/// are the bounds of Labelle and Shewchuk for uniform cells: along edges between centres or corners
+/// (of one cell side), and between a centre and a corner (of 0.866).
 constexpr double kGradedSnapLong = 0.24999;
 constexpr double kGradedSnapShort = 0.41189 * 0.8660254;
 
@@ -20,7 +20,8 @@ double six_volumes(const std::vector<Vector3d>& x, const BackgroundTet& tet) {
   return (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0));
 }
 
-/// Points of a large cell move farther than small tets beside it bear: such moves are taken back.
+/// Points of a large cell may move farther than its small neighbour tets permit: these moves are
+/// undone.
 void undo_inversions(const std::vector<BackgroundTet>& tets, const Octree::Points& points,
                      const std::vector<double>& original, std::vector<double>& values,
                      std::vector<Vector3d>& positions) {

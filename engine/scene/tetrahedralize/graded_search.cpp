@@ -15,7 +15,7 @@ namespace {
 constexpr double kLargestCell = 0.2;  // share of the body's length
 constexpr int kRungsPerHalving = 8;
 constexpr int kMaxRung = 50;  // cells of 0.26 % of the body's length
-/// Sides that a search for the number of tets that would do looks at, for any request: that
+/// Sides that a search for a sufficient number of tets tries, the same for any request: the found
 /// number works when it is requested.
 constexpr int kCoarseRungs[] = {0, 2, 4, 6};
 
@@ -67,7 +67,7 @@ class RungSearch {
     return trial;
   }
 
-  /// Spends what is left of the tets where the distance is largest.
+  /// Uses the remaining tets where the distance is largest.
   void fill(Trial& trial, const JobContext& job) {
     constexpr int kMaxRounds = 8;
     const auto target = static_cast<double>(options_.target_tets);
@@ -210,7 +210,7 @@ GradedSearch search_graded(const SurfaceBody& body, const TetrahedralizeOptions&
   const int first = std::clamp(static_cast<int>(std::ceil(rungs)), 0, kMaxRung);
   Trial best = search_rungs(search, first, options.target_tets, job.part(0, 0.4));
   if (best.tets == 0) {
-    // What would do: bounded, or a thin sheet would take all the memory there is.
+    // A sufficient number of tets. It is bounded, or a thin sheet would take all memory.
     std::size_t fewest = std::clamp<std::size_t>(20 * static_cast<std::size_t>(options.target_tets),
                                                  200'000, 5'000'000);
     result.searched_tets = static_cast<int>(fewest);

@@ -20,7 +20,7 @@ struct GradedMesh {
   SurfaceFit fit;
 };
 
-/// What a search over lattices of graded cells came to.
+/// Result of a search over lattices of graded cells.
 struct GradedSearch {
   GradedMesh best;
   bool is_found = false;
@@ -29,10 +29,10 @@ struct GradedSearch {
   int searched_tets = 0;
 };
 
-/// Meshes of about `options.target_tets` tets that keep within `options.within`. For sides of large
-/// cells that are the body's length times fixed numbers, cells are split where the surfaces are too
-/// far apart, until they are not; the smallest side with at most the requested tets wins, and what
-/// is left of these is spent where the distance is largest.
+/// Meshes of about `options.target_tets` tets that keep within `options.within`. The sides of large
+/// cells are the body's length times fixed numbers. For each side, cells are split until the
+/// surfaces are nowhere too far apart. The smallest side with at most the requested tets wins; the
+/// remaining tets are used where the distance is largest.
 [[nodiscard]] GradedSearch search_graded(const SurfaceBody& body,
                                          const TetrahedralizeOptions& options, double uniform_cell,
                                          const JobContext& job);

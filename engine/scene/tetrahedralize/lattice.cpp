@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-/// A point is moved onto the surface when the surface cuts an edge nearer to it than this fraction
-/// of the edge
-/// ("safe" values of the paper, which bound all dihedral angles by 10.7 and 164.8 degrees).
+/// A point is moved onto the surface if the surface cuts an edge nearer to it than this fraction of
+/// the edge. These are the "safe" values of the paper, which bound all dihedral angles by 10.7 and
+/// 164.8 degrees.
 constexpr double kSnapLong = 0.24999;
 constexpr double kSnapShort = 0.41189;
 

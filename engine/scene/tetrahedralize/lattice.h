@@ -14,7 +14,7 @@ struct Stuffing {
 [[nodiscard]] bodies::TetMesh as_mesh(const Stuffing& stuffing);
 
 /// One pass of isosurface stuffing with lattice cells of side `cell`. Deterministic.
-/// @param phase  where the lattice lies: its middle is shifted from the middle of the box by this
+/// @param phase  position of the lattice: its middle is shifted from the middle of the box by this
 /// many cells. Zero gives
 ///   bodies that are symmetric to the middle planes of their box nearly symmetric meshes.
 [[nodiscard]] Stuffing stuff(const ImplicitSolid& solid, double cell, const Eigen::Vector3d& phase,

@@ -19,8 +19,8 @@ struct MeshQuality {
 [[nodiscard]] double mean_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                 const Eigen::Vector3d& c, const Eigen::Vector3d& d);
 
-/// Above 1 for a tet of mean ratio above 0.3 and dihedral angles between 10 and 165 degrees: the
-/// smallest of these three, each relative to its bound (angles to the distance from 0 and 180).
+/// Above 1 for a tet of mean ratio above 0.3 and dihedral angles between 10 and 165 degrees. It is
+/// the smallest of these three, each relative to its bound (angles to the distance from 0 and 180).
 [[nodiscard]] double tet_shape(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                const Eigen::Vector3d& c, const Eigen::Vector3d& d);
 

@@ -183,7 +183,7 @@ std::vector<BackgroundTet> Octree::tets(const std::vector<Cell>& leaves,
         }
         continue;
       }
-      // Halves of the two small squares' triangles beside this edge, seen from both sides.
+      // Halves of the two small squares' triangles next to this edge, seen from both sides.
       const int p = id(middle, size), f = id(face, size / 2), m = id(edge, size / 2);
       for (const Vector3i& end : {a, b}) {
         const Vector3i small = (face + end) / 2 + sign * half / 2 * Vector3i::Unit(axis);

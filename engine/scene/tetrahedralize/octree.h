@@ -14,8 +14,8 @@ using BackgroundTet = std::array<int, 4>;
 
 /// A grid of cubes, cubes split into eight where asked, and split further until cells that share a
 /// corner differ by one level at most. Its leaves make a lattice of tets (Labelle and Shewchuk
-/// 2007, section 4): body-centred cubic between leaves of one size, bisected tets beside split
-/// edges, halved pyramids between a small leaf and a large one.
+/// 2007, section 4): body-centred cubic between leaves of one size, bisected tets at split edges,
+/// halved pyramids between a small leaf and a large one.
 class Octree {
  public:
   static constexpr int kMaxLevel = 9;
@@ -40,7 +40,7 @@ class Octree {
   [[nodiscard]] Eigen::Vector3d centre(const Cell& cell) const;
   /// The leaf that holds x; x outside of the grid counts as at its rim.
   [[nodiscard]] Cell leaf_at(const Eigen::Vector3d& x) const;
-  /// Splits the leaf and larger ones beside it. @returns whether it was a leaf that could be split.
+  /// Splits the leaf and larger neighbours. @returns whether it was a leaf that could be split.
   bool split(const Cell& leaf);
   /// All leaves, in an order that depends on the tree only.
   [[nodiscard]] std::vector<Cell> leaves() const;

@@ -10,8 +10,8 @@ struct Repair {
   int pieces_dropped = 0;
 };
 
-/// Makes a stuffing one solid piece: tets around every node are connected through faces, every edge
-/// of the surface has two surface triangles, and only the largest piece (by volume) stays.
+/// Makes a stuffing one solid piece. Tets around every node are connected through faces, and every
+/// edge of the surface has two surface triangles. Only the largest piece (by volume) stays.
 Repair make_one_piece(Stuffing& stuffing);
 
 }  // namespace limber::scene::lattice

@@ -48,8 +48,8 @@ class Smoother {
     }
   }
 
-  /// Where the mean of the neighbours does not help, 26 directions at three distances: for the few
-  /// tets that a lattice of cells of several sizes leaves out of shape.
+  /// If the mean of the neighbours does not help, this tries 26 directions at three distances. It
+  /// is for the few badly shaped tets of a lattice with cells of several sizes.
   /// @returns whether a node moved
   bool repair_pass(double good_enough, const JobContext& job) {
     std::vector<char> is_bad(s_.nodes.size(), 0);

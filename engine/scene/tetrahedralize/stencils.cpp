@@ -85,7 +85,7 @@ void Stencils::add_two_and_two(const Corner* inside, const Corner* outside) {
   const int a_n = cut(inside[0], outside[0]), a_m = cut(inside[0], outside[1]);
   const int b_n = cut(inside[1], outside[0]), b_m = cut(inside[1], outside[1]);
   emit(a, b, b_n, b_m);
-  // What is left is a pyramid over the cut itself, which no neighbour shares: take the shorter
+  // The rest is a pyramid over the cut itself, which no neighbour shares: take the shorter
   // diagonal.
   if (squared(a_n, b_m) <= squared(a_m, b_n)) {
     emit(a, a_n, b_m, a_m);
@@ -112,7 +112,7 @@ int Stencils::cut(const Corner& inside, const Corner& outside) {
       static_cast<std::uint64_t>(inside.point) << 32 | static_cast<std::uint32_t>(outside.point);
   const auto [entry, is_new] = cuts_.try_emplace(key, -1);
   if (is_new) {
-    // Points beside a cut have not moved: moved ones are on the surface and cut nothing.
+    // Points next to a cut have not moved: moved ones are on the surface and cut nothing.
     const double t = cutter_.cut(inside.rest, inside.value, outside.rest, outside.value);
     entry->second = add_node(inside.rest + t * (outside.rest - inside.rest));
   }

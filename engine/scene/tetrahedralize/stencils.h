@@ -18,9 +18,9 @@ class SurfaceCutter {
   /// @throws Error{kInvalidArgument} where the function is not finite
   [[nodiscard]] double value(const Eigen::Vector3d& x) const;
 
-  /// Where the surface cuts the edge from p (value fp) to q (fq, of the other sign), as a fraction
-  /// from p: regula falsi with the Illinois rule, so that kinks of a blended function cannot stall
-  /// it.
+  /// Position of the surface on the edge from p (value fp) to q (fq, of the other sign), as a
+  /// fraction from p. Found by regula falsi with the Illinois rule, so that kinks of a blended
+  /// function cannot stall it.
   [[nodiscard]] double cut(const Eigen::Vector3d& p, double fp, const Eigen::Vector3d& q,
                            double fq) const;
 

@@ -30,15 +30,15 @@ struct GapSearch {
 };
 
 /// Distance from the triangles of `from` to the surface of `to`, measured from points to triangles:
-/// triangles are cut into smaller ones wherever they might be farther away than what is known (the
-/// distance of a point changes no faster than the point). Points of `from` inside of the body that
-/// `from_tree` bounds (parts that overlap) do not count; null: all count.
+/// triangles are cut into smaller ones if they might be farther away than the largest known
+/// distance. (The distance of a point changes no faster than the point.) Points of `from` inside of
+/// the body that `from_tree` bounds (parts that overlap) do not count; null: all count.
 [[nodiscard]] OneSidedDistance one_sided_distance(const TriangleSurface& from,
                                                   const TriangleTree* from_tree,
                                                   const TriangleTree& to, const GapSearch& search,
                                                   const JobContext& job);
 
-/// What a mesh is to the surface that it was made from.
+/// Comparison of a mesh with the surface that it was made from.
 struct FitMeasurement {
   SurfaceFit fit;
   std::vector<Gap> gaps;  // of both surfaces, farther than the threshold
@@ -49,8 +49,8 @@ struct FitMeasurement {
                                          const bodies::TetMesh& mesh, double within,
                                          double threshold, const JobContext& job);
 
-/// Whether a part of the surface is apart from the largest one (by volume) and from all that is
-/// connected with it, by more than `distance`; parts whose boxes overlap count as connected.
+/// Whether a part of the surface is more than `distance` away from the largest part (by volume) and
+/// from all parts connected with that. Parts whose boxes overlap count as connected.
 [[nodiscard]] bool has_far_part(const TriangleSurface& surface, double distance);
 
 /// The boundary of a mesh, with its own vertices only.

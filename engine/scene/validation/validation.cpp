@@ -19,11 +19,11 @@ namespace {
 
 using Severity = Issue::Severity;
 
-/// Enough to see what is wrong; a mesh of a million NaNs needs no million complaints.
+/// Enough to understand the fault; a mesh of a million NaNs does not need a million messages.
 constexpr int kMaxIssuesPerKind = 20;
 
-/// Of E [Pa], rho [kg/m^3] and the body's length [m]: a model is built at every corner of these
-/// bounds, whereas the products of far larger or smaller values leave the range of double.
+/// Bounds of E [Pa], rho [kg/m^3] and the body's length [m]. A model can be built at every corner
+/// of these bounds; the products of far larger or smaller values leave the range of double.
 constexpr double kSmallest = 1e-30, kLargest = 1e30;
 
 std::string number(double value) { return fmt::format("{:g}", value); }
@@ -289,7 +289,7 @@ class SceneValidator {
     return true;
   }
 
-  /// What only shows once the mesh is put together: volumes, pieces.
+  /// Faults that only the assembled mesh shows: volumes, pieces.
   bool check_prepared() {
     bodies::TetMesh in_metres = scene_.mesh;
     in_metres.nodes *= scene_.length_unit_in_metres;
@@ -482,7 +482,7 @@ std::optional<int> pinned_frames(End end) {
 
 namespace {
 
-/// Of a path all of whose frames are held.
+/// Warning for a path whose frames are all held.
 std::optional<std::string> idle_path_warning(const Constraint& path, int frame_count, End first_end,
                                              End last_end) {
   if (path.last_frame() >= pinned_frames(first_end).value_or(0) &&

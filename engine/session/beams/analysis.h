@@ -19,8 +19,8 @@ struct BeamAnalysis {
   std::vector<Eigen::Matrix3Xd> shapes;
 };
 
-/// Solves a structure from the state as drawn. An answer that is not in balance is an answer too:
-/// its report says so.
+/// Solves a structure from the state as drawn. If a solve ends out of balance, it still returns an
+/// analysis, and its report says so.
 /// @param shapes  at most so many along the path, >= 0; every second one is dropped whenever there
 /// are more, so that they stay evenly spread
 /// @throws Error as beams::validate and BeamSolveOptions::validate; {kCancelled}

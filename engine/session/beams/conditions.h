@@ -8,14 +8,14 @@
 
 namespace limber::session {
 
-/// What acts on a structure of beams: edits change this and nothing else. Units as the model's.
+/// The loads and supports of a structure of beams: edits change nothing else. Units as the model's.
 struct BeamConditions {
   std::vector<beams::BeamSupport> supports;
   std::vector<beams::PrescribedMotion> motions;
   std::vector<beams::NodalLoad> loads;
   std::vector<beams::DistributedLoad> distributed_loads;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  /// Pushes, of one request alone: act while what it changes is brought on. Those that a structure
+  /// Temporary loads of one request: they act while its changes are applied. Those that a structure
   /// comes with are not among them: they act where it is solved as drawn.
   std::vector<beams::NodalLoad> temporary_loads;
 };

@@ -7,14 +7,14 @@
 
 namespace limber::session {
 
-/// What a session of beams has found out about the equilibrium that it shows.
+/// Results about the equilibrium that a session of beams shows.
 struct DiscretisationCheck {
   beams::DiscretisationError error;
   std::optional<double> tolerance;  // of positions; none: none was requested
   double check_ms = 0;              // that it took
 
   [[nodiscard]] bool within_tolerance() const { return error.is_known && is_fine_enough(); }
-  /// The same of what was compared: shorter elements would not help.
+  /// True if the compared elements are short enough: shorter ones would not help.
   [[nodiscard]] bool is_fine_enough() const {
     return !tolerance || error.error_against(*tolerance) <= *tolerance;
   }
@@ -24,8 +24,8 @@ struct DiscretisationCheck {
 /// largest moment and utilisation.
 inline constexpr double kVisibleDiscretisationError = 0.01;
 
-/// What is wrong with the shape and what to do: its error is above the tolerance (without one above
-/// kVisibleDiscretisationError), or there is no estimate; empty where neither is so.
+/// The problem of the shape and its remedy: the error exceeds the tolerance (without one,
+/// kVisibleDiscretisationError), or there is no estimate. Empty otherwise.
 [[nodiscard]] std::string describe_discretisation(const DiscretisationCheck& check);
 
 }  // namespace limber::session

@@ -225,7 +225,7 @@ class BeamDocument::Request {
     return Eigen::Matrix3d::Identity();
   }
 
-  /// What the motion gives is no longer the support's; what it does not give stays.
+  /// Removes from the support all directions that the motion prescribes; the others stay.
   void bring(const PrescribedMotion& given) {
     demand_node(given.node);
     if (!given.translates_any() && !given.rotates_any())
@@ -246,7 +246,7 @@ class BeamDocument::Request {
     found == nullptr ? conditions().motions.push_back(motion) : add(motion, *found);
   }
 
-  /// What one motion gives takes the place of what the other gives; the rest of that stays.
+  /// Directions of the new motion replace those of the held one; the other directions stay.
   static void add(const PrescribedMotion& motion, PrescribedMotion& held) {
     const auto by_these = by_axes(held, motion.axes);
     if (!by_these) {
@@ -291,7 +291,7 @@ class BeamDocument::Request {
     if (!std::exchange(is_open_, true)) conditions().temporary_loads.clear();
   }
 
-  /// Of a step that is not the request's last.
+  /// Ends a step inside a request, before the request's last step.
   void close_step_inside() {
     if (is_open_) demand_steps(++steps_, document_.limits_.steps_at_once);
     close_step();

@@ -21,18 +21,17 @@ struct BeamLimits {
   void validate() const;
 };
 
-/// What acts on a structure of beams, under edits: as LinkageDocument is of linkages. Not
-/// thread-safe, solves nothing.
+/// The loads and supports of a structure of beams under edits, like LinkageDocument for linkages.
+/// Not thread-safe, solves nothing.
 ///
-/// A request of edits is applied whole or not at all and is one revision and one step of undo: what
-/// its edits make together must be valid, in any order. Undo and redo are edits too;
-/// inside a request they end the step begun by the edits before. Temporary loads are of the step
-/// that has them.
+/// A request of edits is applied whole or not at all. It is one revision and one step of undo: the
+/// edits together must be valid, in any order. Undo and redo are edits too; inside a request they
+/// end the step begun by the edits before. Temporary loads are of the step that has them.
 class BeamDocument {
   using History = SnapshotHistory<BeamConditions>;
 
  public:
-  /// Where a node is in the newest shape, by the motion that would hold it there.
+  /// The position of a node in the newest shape, as the motion that would hold it there.
   /// @throws Error where that is not known
   class Places {
    public:
@@ -43,7 +42,7 @@ class BeamDocument {
   /// @throws Error as beams::validate and BeamLimits::validate
   explicit BeamDocument(beams::BeamModel model, BeamLimits limits = {});
 
-  /// What edits have made of it, and where undo and redo lead from there: stands for the edits.
+  /// The result of all edits, with the steps that undo and redo lead to: it replaces the edits.
   struct Checkpoint {
     Revision revision = 0;
     History::Parts history;

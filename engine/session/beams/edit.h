@@ -9,10 +9,10 @@
 
 namespace limber::session {
 
-/// What a client may do to a structure of beams. Nodes and elements are numbered as in the model.
+/// Edits of a structure of beams by clients. Nodes and elements are numbered as in the model.
 
-/// Replaces the support of the node, which goes back to where it was drawn in the directions that
-/// are fixed; nothing fixed: the support is gone. Motions of the node stay.
+/// Replaces the support of the node, which returns to its drawn position in the fixed directions.
+/// If nothing is fixed, the support is removed. Motions of the node stay.
 struct SetSupport {
   beams::BeamSupport support;
 };
@@ -25,8 +25,8 @@ struct MoveNode {
 struct ReleaseNode {
   int node = 0;
 };
-/// Holds directions of a node where they are, by the axes of what holds it already; others stay as
-/// they are.
+/// Holds directions of a node at their current values, in the axes of its present support or
+/// motion; the other directions stay.
 struct HoldNode {
   int node = 0;
   std::array<bool, 3> translations{true, true, true};
@@ -36,11 +36,11 @@ struct HoldNode {
 struct SetNodeLoad {
   beams::NodalLoad load;
 };
-/// Replaces what is distributed over the element; zeros take it away.
+/// Replaces the distributed load of the element; zeros remove it.
 struct SetElementLoad {
   beams::DistributedLoad load;
 };
-/// Acts while what the request changes is brought on, and is gone in the end.
+/// Acts while the changes of the request are applied, and is removed at the end.
 struct PushNode {
   beams::NodalLoad load;
 };

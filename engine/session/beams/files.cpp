@@ -15,7 +15,7 @@ using scene::Precision;
 using scene::formats::JsonWriter;
 using scene::formats::VtkXmlWriter;
 
-/// What is not known is empty.
+/// Appends nothing for an unknown value.
 void append(std::string& text, double value) {
   if (!std::isfinite(value)) return;
   char digits[32];
@@ -97,7 +97,7 @@ void write_stations(const std::vector<BeamColumn>& columns, Eigen::Index first, 
   json.end_array();
 }
 
-/// What else there is to know of the equilibrium: members that are empty where that is nothing.
+/// The other results about the equilibrium; members without content are empty.
 void write_remarks(const beams::BeamReport& report, JsonWriter& json) {
   json.key("snaps");
   json.begin_array();
@@ -210,7 +210,7 @@ std::string beam_json(const BeamAnalysis& analysis, int stations) {
   json.member("turn", "rad");
   json.member("translation", "m");
   json.member("rotation", "rad");
-  // Of stations, beside those that elements have.
+  // Columns of stations, in addition to those of elements.
   json.member("place", "1");
   json.member("moment_2", "N m");
   json.member("moment_3", "N m");

@@ -19,8 +19,9 @@ namespace limber::session {
 /// energy, extremes of forces and moments with their places.
 [[nodiscard]] std::string beam_elements_csv(const BeamAnalysis& analysis);
 
-/// A row per station at equal distances along each element: element, place (share of the length at
-/// rest), forces and moments, equivalent stress, utilisation. @param stations  of an element, >= 2
+/// A row per station at equal distances along each element. Columns: element, place (share of the
+/// length at rest), forces and moments, equivalent stress, utilisation.
+/// @param stations  of an element, >= 2
 [[nodiscard]] std::string beam_stations_csv(const BeamAnalysis& analysis, int stations);
 
 /// Everything that the tables have, with how the solver ended, energies and units.

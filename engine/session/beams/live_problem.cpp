@@ -20,7 +20,7 @@ using beams::BeamStatus;
 constexpr int kMaxFrames = 128;               // of one path
 constexpr int kMaxDoubledParts = 2;           // times, where elements do not resolve an edit
 constexpr double kMinReportedShare = 0.0005;  // less is reported as 0 %
-// Shapes that undo comes back to, and what one takes of memory.
+// Memory for the shapes that undo returns to, and the size of one.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
 
@@ -31,7 +31,7 @@ beams::Subdivision first_cut(const beams::BeamModel& model,
   return discretisation.first(model);
 }
 
-/// The path to an equilibrium, with the equilibrium as it is after a refinement.
+/// The report of a path, with the equilibrium replaced by the refined one.
 beams::BeamReport continued_report(const beams::BeamReport& path,
                                    const beams::BeamReport& refined) {
   beams::BeamReport report = path;
@@ -103,8 +103,8 @@ void LiveBeams::name_nodes(beams::BeamReport& report) const {
   elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
 }
 
-/// What the held nodes have turned by, a share of the path from where they were to what conditions
-/// ask for. Of nodes that were not held before nothing is known but the state.
+/// Rotations of the held nodes, at a share of the path from their old to their requested values.
+/// For nodes that were not held before, only the state is known.
 LiveBeams::Turns LiveBeams::turns_at(const BeamConditions& conditions, double share) const {
   Turns turns;
   const auto note = [&](int node, const Eigen::Vector3d& target) {
@@ -305,7 +305,7 @@ std::shared_ptr<const DiscretisationCheck> LiveBeams::check(const JobContext& jo
   return check;
 }
 
-/// What the solve has left to the check.
+/// Does the part of the solve that was left to the check.
 void LiveBeams::judge(const JobContext& job) {
   beams::BeamReport report = good_.analysis->solution.report;
   const beams::BeamStructure& whole = good_.analysis->structure;

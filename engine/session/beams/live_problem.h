@@ -16,8 +16,8 @@
 
 namespace limber::session {
 
-/// Of one shape, 7 float32 a node: x, y, z [m], then the rotation from rest as a unit quaternion w,
-/// x, y, z.
+/// For one shape, 7 float32 a node: x, y, z [m], then the rotation from rest as a unit quaternion
+/// w, x, y, z.
 [[nodiscard]] Eigen::VectorXd beam_coordinates(const beams::BeamState& state);
 
 /// A structure of beams that is kept in equilibrium: what the task of a session works with. Driven
@@ -33,17 +33,17 @@ class LiveBeams {
   explicit LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape = {},
                      beams::BeamDiscretisation discretisation = {});
 
-  /// The shape now: the last equilibrium, or within a solve what was reached of the next.
+  /// The shape now: the last equilibrium or, within a solve, the last point of the path.
   [[nodiscard]] beams::BeamState state() const { return shown(state_); }
-  /// Of the last equilibrium; null before the first.
+  /// Analysis of the last equilibrium; null before the first.
   [[nodiscard]] const std::shared_ptr<const BeamAnalysis>& analysis() const {
     return good_.analysis;
   }
 
   struct Outcome {
     bool reached = false;  // an equilibrium under these conditions
-    /// Of an edit that was not reached, load_factor is the share of the change up to which there is
-    /// an equilibrium, and the message begins with it.
+    /// If an edit was not reached, load_factor is the share of the change up to which there is an
+    /// equilibrium, and the message begins with it.
     beams::BeamReport report;
     /// Shapes along the path, the equilibrium last; empty where it was not reached.
     std::vector<Eigen::VectorXd> frames;
@@ -51,19 +51,20 @@ class LiveBeams {
   /// Called with states along the path: load steps, or now and then of the relaxation.
   using OnIterate = std::function<void(const beams::BeamState& state)>;
 
-  /// The equilibrium under these conditions. The first is that of the structure as drawn, under its
-  /// own temporary loads until there is one, or next to the shape that it begins from, whose side
-  /// is chosen; others are followed from the shape there is (beams::follow_equilibrium), never from
-  /// nothing. Where none is reached, the shape is the last one there was; cancelled, what was
-  /// reached of the path. Conditions that were solved before, the very same object as undo brings
-  /// them back, begin from the shape they had then. A shape to begin from that was not solved to
-  /// its end, cancelled or interrupted, is still there to begin from. Where a tolerance chooses the
-  /// parts, what elements are too long for is tried again with shorter ones.
+  /// The equilibrium under these conditions. The first equilibrium starts from the structure as
+  /// drawn, under its own temporary loads until one is found, or near the given shape, which
+  /// selects the buckling direction. Later ones are followed from the current shape
+  /// (beams::follow_equilibrium), never from the drawn one. If none is reached, the shape is the
+  /// previous one; after a cancellation, it is the last point of the path. Conditions that were
+  /// solved before, the very same object as undo brings them back, begin from the shape they had
+  /// then. A shape to begin from that was not solved to its end, cancelled or interrupted, is still
+  /// there to begin from. If a tolerance chooses the parts, a solve that fails because elements are
+  /// too long is repeated with shorter ones.
   Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
-  /// What the discretisation of the last equilibrium is worth. Where a tolerance chooses the parts
-  /// and fewer do, the next solve begins with these. Else shorter elements judge its stability: the
-  /// report of analysis() may change.
+  /// Estimates the discretisation error of the last equilibrium. If a tolerance chooses the parts
+  /// and fewer suffice, the next solve begins with these. Else shorter elements judge its
+  /// stability: the report of analysis() may change.
   /// @pre there is one
   /// @throws Error{kCancelled}
   [[nodiscard]] std::shared_ptr<const DiscretisationCheck> check(const JobContext& job);
@@ -109,12 +110,12 @@ class LiveBeams {
   const beams::BeamDiscretisation discretisation_;
   beams::Subdivision cut_;
   beams::BeamState state_;  // of the cut model
-  Turns turned_;            // of what is held in state_
+  Turns turned_;            // of the held nodes in state_
   bool is_drawn_ = true;    // nothing has moved yet
   Place good_;              // the last equilibrium
-  // The shape to begin from, which nobody knows to be in balance; none once it has led somewhere.
+  // The shape to begin from, whose balance is not known; none after a solve from it.
   std::optional<Place> given_;
-  // The latest last. Conditions that nobody else holds go: there are no weak pointers to them.
+  // The latest last. Conditions without other owners are dropped: no weak pointers to them exist.
   std::deque<Place> known_;
   std::optional<beams::DiscretisationEstimate> estimate_;  // of good_
   std::optional<beams::Subdivision> next_cut_;             // that the next solve begins with

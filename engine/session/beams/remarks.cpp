@@ -34,7 +34,7 @@ void remark_unused_nodes(const beams::BeamModel& model, std::vector<scene::Issue
                                  names_of(unused))});
 }
 
-/// Axes of a section whose bending stiffnesses differ by less need no normal.
+/// If the bending stiffnesses of a section differ by less, it needs no normal.
 constexpr double kMinBendingDifference = 0.01;
 constexpr double kMaxDirectionDifferenceDeg = 5;
 constexpr double kMinSectionRotationDeg = 30;
@@ -51,9 +51,9 @@ bool has_implied_normal(const beams::BeamModel& model, const beams::BeamElement&
              kMinBendingDifference * std::max(s.bending_2, s.bending_3);
 }
 
-/// Elements that continue each other while their sections are rotated against each other, e.g.
-/// along a member that is nearly vertical: whether an element counts as vertical is decided for
-/// each.
+/// Warns of elements that continue each other with sections rotated against each other, e.g. along
+/// a member that is nearly vertical. The cause: each element is classified as vertical or not by
+/// itself.
 void remark_rotated_sections(const beams::BeamModel& model, std::vector<scene::Issue>& remarks) {
   std::vector<std::vector<std::size_t>> elements_of(model.nodes.size());
   for (std::size_t i = 0; i < model.elements.size(); ++i) {

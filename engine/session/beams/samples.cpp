@@ -101,7 +101,7 @@ class Gridshell {
     return found->second;
   }
 
-  /// @param along  0: x, 1: y. @param line  cells beside the middle
+  /// @param along  0: x, 1: y. @param line  cells from the middle
   void add_rod(int along, int line) {
     const auto at = [&](int step) {
       return along == 0 ? node_at(step, 2 * line) : node_at(2 * line, step);

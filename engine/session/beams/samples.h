@@ -14,8 +14,8 @@ struct BeamSample {
   beams::BeamMaterial material;
 };
 
-/// "arch": a rod that is bent up by moving its right end inwards; "gridshell": a flat grid of rods
-/// whose rim is moved inwards, so that it rises.
+/// "arch": a rod that bends upwards when its right end moves inwards; "gridshell": a flat grid of
+/// rods that rises when its rim moves inwards.
 [[nodiscard]] const std::vector<std::string>& beam_sample_names();
 /// @throws Error{kNotFound}
 [[nodiscard]] BeamSample make_beam_sample(const std::string& name);

@@ -42,7 +42,7 @@ class EquilibriumPositions final : public BeamDocument::Places {
 
 }  // namespace
 
-/// What the task of a session of beams works on.
+/// The order that the task of a session of beams works on.
 struct BeamOrder {
   std::shared_ptr<const BeamConditions> conditions;
 };
@@ -65,7 +65,7 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
     return document_.checkpoint();
   }
 
-  /// Its revision changes under the lock, what it demands of edits never.
+  /// Its revision changes under the lock; its rules for edits never change.
   [[nodiscard]] const BeamDocument& document() const { return document_; }
 
  private:
@@ -88,8 +88,8 @@ class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
   [[nodiscard]] bool is_check_due() const;
 
   [[nodiscard]] bool selects_buckling_direction(const BeamConditions& conditions) const;
-  /// Refines an equilibrium until it meets the tolerance. @returns what it is worth then; nothing
-  /// where that was cancelled
+  /// Refines an equilibrium until it meets the tolerance. @returns the check of the refined
+  /// equilibrium; null after a cancellation
   std::shared_ptr<const DiscretisationCheck> meet_tolerance(const Round& round,
                                                             LiveBeams::Outcome& outcome);
   void finish(const Round& round, LiveBeams::Outcome outcome,
@@ -129,7 +129,7 @@ EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
             document_.prepare(edits, expected, EquilibriumPositions(document_, settled), author));
       },
       [&] {
-        // What has temporary loads is solved to its end before an edit is looked at.
+        // A step with temporary loads is solved to its end before the next edit is read.
         if (has_work_ && selects_buckling_direction(*document_.conditions()))
           finish_first(document_.revision(), {document_.conditions()});
         EditReceipt receipt = document_.commit(std::move(*prepared));
@@ -221,7 +221,7 @@ bool BeamSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
   return true;
 }
 
-/// Publishes a result again with what was found out about it.
+/// Publishes a result again with the findings of its check.
 void BeamSession::Impl::amend(const BeamResult& checked, const Cancellation& cancellation) {
   auto result = std::make_shared<BeamResult>(checked);
   result->check = Check::kDone;

@@ -19,21 +19,20 @@
 
 namespace limber::session {
 
-/// One published shape of a structure of beams: immutable, shared between threads. Where the solve
-/// failed, what was requested has no equilibrium that could be found: the shape is the last one.
+/// One published shape of a structure of beams: immutable, shared between threads. If the solve
+/// failed, no equilibrium was found for the request: the shape is the last one.
 struct BeamResult : ResultHeader {
   beams::BeamReport report;  // of a final result: of the attempt
   /// Coordinates (see beam_coordinates), a column a shape: of a final result, the load steps or
   /// shapes of the relaxation towards it; else the current shape. The last column is the
   /// shape.
   std::shared_ptr<const Eigen::MatrixXd> frames;
-  /// Of the shape, where it is final; null where there was never an equilibrium.
+  /// Analysis of the shape if it is final; null if there was never an equilibrium.
   std::shared_ptr<const BeamAnalysis> analysis;
-  /// kPending: it is published again with its `discretisation`. Where a tolerance chooses the
-  /// elements, final results have that at once.
+  /// kPending: it is published again with its `discretisation`. If a tolerance chooses the
+  /// elements, final results have it at once.
   Check check = Check::kNone;
-  /// What the discretisation is worth for this shape; null where it was not looked for, or while
-  /// the check is pending.
+  /// The discretisation check of this shape; null if there was none, or while it is pending.
   std::shared_ptr<const DiscretisationCheck> discretisation;
 };
 
@@ -47,8 +46,8 @@ class BeamSession {
  public:
   /// @throws Error as BeamDocument
   /// @param shape  where it begins, of the model's nodes and hinged ends; none: as drawn
-  /// @param discretisation  elements that those of the model are cut into; where a tolerance
-  /// chooses them, shapes on the way to it are published as iterates
+  /// @param discretisation  elements per model element; if a tolerance chooses them, intermediate
+  /// shapes are published as iterates
   BeamSession(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
               std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape = {},
               beams::BeamDiscretisation discretisation = {});
@@ -64,10 +63,10 @@ class BeamSession {
 
   /// As Session::edit. A node is held where it is only once the newest revision is solved:
   /// {kFailedPrecondition} before.
-  /// @param author  whose edits they are, see StepChoice
+  /// @param author  the author of the edits, see StepChoice
   EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected = {},
                    const Author& author = {});
-  /// What stands for all edits up to revision(), to begin at it elsewhere.
+  /// A checkpoint that replaces all edits up to revision(), to begin at it elsewhere.
   /// @throws Error{kFailedPrecondition} while an answer is missing that edits depend on and the
   /// checkpoint does not say: of pushes
   [[nodiscard]] BeamDocument::Checkpoint checkpoint() const;

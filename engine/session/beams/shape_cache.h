@@ -6,8 +6,8 @@
 
 namespace limber::session {
 
-/// Shapes as they come, thinned to every `stride`-th once there are too many: what is kept is
-/// spread evenly over what came.
+/// Shapes in order of arrival, thinned to every `stride`-th if there are too many: the retained
+/// ones are spread evenly over all.
 template <class Shape>
 class ShapeCache {
  public:

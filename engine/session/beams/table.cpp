@@ -51,7 +51,7 @@ void add_extremes(const std::vector<beams::ElementExtremes>& extremes,
   }
 }
 
-/// Of the yield stress; not a number where that is not known.
+/// As a share of the yield stress; NaN if that is not known.
 Eigen::VectorXd utilisations(const BeamAnalysis& analysis) {
   const beams::BeamModel& model = analysis.structure.model();
   Eigen::VectorXd values = column(analysis.results.stresses, &beams::ElementStresses::utilisation);

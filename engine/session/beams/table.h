@@ -18,7 +18,7 @@ struct BeamColumn {
 /// Nodes: position, rotation vector, reactions.
 [[nodiscard]] std::vector<BeamColumn> node_columns(const BeamAnalysis& analysis);
 /// Elements: forces, moments, stresses, energy, then the extremes of forces and moments along each
-/// element with their places. What is not known is not a number.
+/// element with their places. Unknown values are NaN.
 [[nodiscard]] std::vector<BeamColumn> element_columns(const BeamAnalysis& analysis);
 /// Stations at equal distances along each element, one element after the other: their places,
 /// forces and moments there, equivalent stress and utilisation. @param count  of an element, >= 2

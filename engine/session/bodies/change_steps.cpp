@@ -31,7 +31,7 @@ std::size_t bytes_of_group(const ChangeGroup& group) {
   return bytes;
 }
 
-/// What a change is made to: a constraint, a keyframe, or one of those there is one of.
+/// The object of a change: a constraint, a keyframe, or one of the single values.
 using Thing = std::pair<std::size_t, std::uint64_t>;
 constexpr std::size_t kConstraint = 0, kKeyframe = 1, kOthers = 2;
 

@@ -20,15 +20,15 @@ struct TouchedIds {
 [[nodiscard]] TouchedIds touched_by(const Change& change);
 [[nodiscard]] TouchedIds touched_by(const ChangeGroup& group);
 
-/// What of both groups is of the same thing, in words; empty: nothing. All keyframes are one thing:
-/// there is one in a frame at most.
+/// An object that both groups change, in words; empty: none. All keyframes are one thing: there is
+/// one in a frame at most.
 [[nodiscard]] std::string common_thing(const ChangeGroup& one, const ChangeGroup& other);
 
 /// One change for each thing that `changes` are made to, in place of all those made to it. Their
 /// number is that of the things, for any change of them.
-/// @param changes  inverses of a step's edits, oldest first: what comes of it takes the step back,
-/// too. A thing that was not there before and is not there now comes out as a ConstraintChange or
-/// KeyframeChange without a value.
+/// @param changes  inverses of a step's edits, oldest first: the result takes the step back, too.
+/// An object that is absent before and after comes out as a ConstraintChange or KeyframeChange
+/// without a value.
 [[nodiscard]] ChangeGroup merged(std::span<const Change> changes);
 
 /// Groups that each take a document one step back (or forth), newest last, and their size.

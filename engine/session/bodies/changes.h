@@ -16,7 +16,7 @@ namespace limber::session {
 /// never scenes.
 struct ConstraintChange {
   std::uint64_t id = 0;
-  std::optional<scene::Constraint> value;  // what holds from now on; none: the constraint is gone
+  std::optional<scene::Constraint> value;  // the new value; none: the constraint is removed
 };
 struct TargetChange {
   std::uint64_t id = 0;
@@ -32,7 +32,7 @@ struct DynamicsChange {
 /// A keyframe comes, goes or is replaced.
 struct KeyframeChange {
   std::uint64_t id = 0;
-  std::optional<scene::Keyframe> value;  // what holds from now on; none: the keyframe is gone
+  std::optional<scene::Keyframe> value;  // the new value; none: the keyframe is removed
 };
 struct KeyframeShift {
   std::uint64_t id = 0;
@@ -40,13 +40,13 @@ struct KeyframeShift {
   double weight = 0;
 };
 
-/// What is optimised, and since which reset: a fitted material belongs to one epoch.
+/// The optimised variables and the epoch (last reset): a fitted material belongs to one.
 struct MaterialChange {
   scene::MaterialVariables variables = scene::MaterialVariables::kMotion;
   std::uint64_t epoch = 0;
 };
 
-/// Where the fixed nodes go, 3 fixed x N in their order [scene unit]; null: as the scene has it.
+/// Paths of the fixed nodes, 3 fixed x N in their order [scene unit]; null: as in the scene.
 using PinPaths = std::shared_ptr<const Eigen::MatrixXd>;
 struct PinsChange {
   PinPaths paths;
@@ -56,8 +56,8 @@ using Change = std::variant<ConstraintChange, TargetChange, EndsChange, Dynamics
                             MaterialChange, KeyframeChange, KeyframeShift, PinsChange>;
 using ChangeGroup = std::vector<Change>;  // in the order they are to be applied
 
-/// What differs from the state the solver last saw. Grows with the number of touched things, not of
-/// edits: this is how a storm of edits is coalesced.
+/// Differences from the state that the solver has read last. Grows with the number of touched
+/// things, not of edits: this is how a storm of edits is coalesced.
 struct Touched {
   enum class How { kTargetOnly, kAnything };
 

@@ -5,8 +5,8 @@
 #include "engine/base/clauses.h"
 #include "engine/session/bodies/impl.h"
 
-// The check of final results: found out by a task of its own, once nothing is left to solve, and
-// published by the session's task, so that results keep their order. A newer edit interrupts it.
+// A task of its own checks final results when nothing is left to solve. The session's task
+// publishes the findings, so that results keep their order. A newer edit interrupts it.
 
 namespace limber::session {
 
@@ -52,7 +52,7 @@ MotionCheck BodySession::Impl::check(const CheckRequest& request, const JobConte
   return checker_->check(request, job);
 }
 
-/// Publishes a result again with what was found out about it.
+/// Publishes a result again with the findings of its check.
 void BodySession::Impl::amend(const MotionFound& found) {
   auto result = std::make_shared<BodyResult>(*found.result);
   result->check = Check::kDone;

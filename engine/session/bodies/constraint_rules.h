@@ -8,9 +8,8 @@
 
 namespace limber::session {
 
-/// What an edit may set in a given scene. Every check throws an Error whose field is relative to
-/// the value checked
-/// ("frame", "nodes[2]"); the caller puts its own path before it.
+/// Rules on the values that edits set in a given scene. Every check throws an Error whose field is
+/// relative to the value checked ("frame", "nodes[2]"); the caller puts its own path before it.
 class ConstraintRules {
  public:
   static constexpr double kFarthestTarget = 1e6;  // [body lengths], velocities: a second
@@ -26,9 +25,9 @@ class ConstraintRules {
   void check_ends(scene::End first, scene::End last) const;
   static void check_dynamics(const scene::Dynamics& dynamics);
 
-  // The parts of check() and check_dynamics(), for whoever wants all that is wrong.
+  // The parts of check() and check_dynamics(), for callers that collect all errors.
   void check_frame(int frame) const;
-  /// What is held: nodes, a point or a surface vertex.
+  /// Checks the held place: nodes, a point or a surface vertex.
   void check_place(const scene::Constraint& constraint) const;
   /// False where the mesh cannot be prepared and the constraint is on its surface.
   [[nodiscard]] bool can_check_place(const scene::Constraint& constraint) const;

@@ -121,14 +121,14 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
   return issues;
 }
 
-/// One call of apply(): how to take back what it did so far.
+/// One call of apply(), with the changes that take it back.
 struct Document::Request {
   Touched& touched;  // may name more than what changes in the end: harmless
   const Author& author;
   ChangeGroup back;              // inverses, oldest first, of everything done
   std::size_t step_begin = 0;    // back[step_begin ...] belongs to the running step
   std::uint64_t takes_back = 0;  // the number of the step that the running one takes back
-  /// Steps that undo (< 0) and redo (> 0) have asked for and that are not made yet, see settle().
+  /// Steps of undo (< 0) and redo (> 0) that are requested and not made yet, see settle().
   std::ptrdiff_t shift = 0;
   std::optional<ChangeSteps> undo, redo;  // the stacks as they were, once they have been changed
 
@@ -285,7 +285,7 @@ void Document::exchange_edited(Document& copy) {
   std::swap(redo_, copy.redo_);
 }
 
-/// Of what the edits set, as far as later ones of the request left it there.
+/// About values that the edits set, unless later edits of the request replaced them.
 std::vector<scene::Issue> Document::warnings(const std::vector<BodyEdit>& edits,
                                              const EditReceipt& receipt) const {
   constexpr std::size_t kMaxWarnings = 20;
@@ -439,8 +439,8 @@ std::uint64_t Document::add(const scene::Keyframe& added_value, Request& request
   return id;
 }
 
-/// Notes one step more. Of steps there and back again only those that are left in the end are made:
-/// a request that takes a step of a thousand changes back and forth a thousand times makes none.
+/// Notes one step more. If steps cancel each other, only the remaining ones are made: a request
+/// that takes a step of a thousand changes back and forth a thousand times makes none.
 TouchedIds Document::turn(Turn turn, Whose whose, Request& request) {
   request.keep_stacks(*this);
   close_step(request);
@@ -471,7 +471,7 @@ TouchedIds Document::turn(Turn turn, Whose whose, Request& request) {
   return ids;
 }
 
-/// Of the steps that can be undone once those that are noted are made.
+/// Chooses among the steps that can be undone after the noted ones are made.
 StepChoice Document::choice(const Request& request) const {
   const auto undone = static_cast<std::size_t>(std::max<std::ptrdiff_t>(-request.shift, 0));
   const auto redone = static_cast<std::size_t>(std::max<std::ptrdiff_t>(request.shift, 0));
@@ -521,7 +521,7 @@ void Document::step(ChangeSteps& from, ChangeSteps& to, Request& request) {
   request.step_begin = request.back.size();
 }
 
-/// What takes back the running step.
+/// The changes that take back the running step.
 std::shared_ptr<const ChangeGroup> Document::group_of(const Request& request) const {
   ChangeGroup group = merged(std::span(request.back).subspan(request.step_begin));
   std::erase_if(group, [&](const Change& change) {
@@ -561,7 +561,7 @@ Change Document::exchange(Change change) {
       LIMBER_DEMAND(constraint->value.has_value());
       nodes_ += scene::node_count_of(*constraint->value);
       constraints_.emplace(constraint->id, std::move(*constraint->value));
-      constraint->value.reset();  // the inverse: gone again
+      constraint->value.reset();  // the inverse: absent again
     } else if (constraint->value) {
       nodes_ += scene::node_count_of(*constraint->value) - scene::node_count_of(held->second);
       std::swap(*constraint->value, held->second);

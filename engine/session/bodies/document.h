@@ -25,8 +25,8 @@ struct DocumentLimits {
   void validate() const;
 };
 
-/// What a document refuses in a scene besides what scene::validate() says of it: constraints, ends,
-/// dynamics and model sizes that no edit or build takes. The first error of each member.
+/// Checks of a document on a scene besides those of scene::validate(): constraints, ends, dynamics
+/// and model sizes that no edit or build accepts. The first error of each member.
 [[nodiscard]] std::vector<scene::Issue> document_issues(const scene::Scene& scene);
 
 /// A scene under edits: what the session's answers are made of. Not thread-safe, solves nothing,
@@ -56,7 +56,7 @@ class Document {
   /// Takes over what edits have made of a copy, and leaves it what there was.
   void exchange_edited(Document& copy);
 
-  /// What edits have made of it, and where undo and redo lead from there: stands for the edits.
+  /// The result of all edits, with the steps that undo and redo lead to: it replaces the edits.
   /// Names and numbers that were given are not given again.
   struct Checkpoint {
     Revision revision = 0;
@@ -95,8 +95,8 @@ class Document {
   [[nodiscard]] std::size_t undo_count() const { return undo_.size(); }
   [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
 
-  /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints and
-  /// keyframes are empty, its ends, dynamics and base motion are those at opening.
+  /// The part that edits never change: mesh, materials, fixed nodes, frames, model. Its constraints
+  /// and keyframes are empty, its ends, dynamics and base motion are those at opening.
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
   /// Of unedited().
   [[nodiscard]] const std::shared_ptr<const scene::SurfacePoints>& surface_points() const {

@@ -58,8 +58,8 @@ struct LargestIds {
   }
 };
 
-/// Where a client chose an id as large as no document counts to, the count may have gone round, to
-/// 0 and on: from then on documents skip those that are taken.
+/// If a client chose an id larger than any count, the count may have wrapped to 0: from then on
+/// documents skip the ids in use.
 void demand_before_next(std::uint64_t id, std::uint64_t next, const char* what, const char* field) {
   constexpr std::uint64_t kCounted = std::uint64_t{1} << 53u;
   if (id < next || next == 0 || id >= kCounted) return;
@@ -166,7 +166,7 @@ void Document::demand_reachable(const Checkpoint& checkpoint) const {
   trial.load(checkpoint);
   if (trial.nodes_ > limits_.max_nodes)
     refuse(fmt::format("constraints name {} nodes, at most {}", trial.nodes_, limits_.max_nodes));
-  // To the end of either, each from what holds.
+  // To the end of both stacks, each from the current state.
   trial.try_steps(trial.undo_);
   trial.load(checkpoint);
   trial.try_steps(trial.redo_);

@@ -22,7 +22,7 @@ class Spans {
  public:
   explicit Spans(int left) : left_(left) {}
 
-  /// What is not there yet of first .. end - 1, as long as there is room.
+  /// Adds the missing frames of first .. end - 1, as long as there is room.
   void add(int first, int end) {
     for (int from = first; from < end && left_ > 0;) {
       const auto next = spans_.upper_bound(from);

@@ -13,8 +13,8 @@ constexpr int kEarlyFrames = 4096;
 /// Spans that clients look at, the newest ones.
 constexpr std::size_t kViews = 8;
 
-/// Spans that are to come early, in the order of their frames and disjoint: what is looked at,
-/// newest first, then what is around edited frames, until there are kEarlyFrames.
+/// Spans to publish early, in the order of their frames and disjoint: the viewed ones, newest
+/// first, then those around edited frames, up to kEarlyFrames.
 /// @param views  newest first
 /// @param edited  frames, in any order
 /// @param frame_count  of the motion

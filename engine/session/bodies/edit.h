@@ -32,11 +32,11 @@ struct SetEnds {
 struct SetDynamics {
   scene::DynamicsRequest dynamics;
 };
-/// From now on this is optimised. What was fitted stays: kMotion freezes it.
+/// From now on this is optimised. Fitted values stay: kMotion freezes them.
 struct SetMaterialVariables {
   scene::MaterialVariables variables = scene::MaterialVariables::kMotion;
 };
-/// Forgets what was fitted: the material of the scene, from which optimisation starts anew.
+/// Discards the fit: optimisation starts anew from the material of the scene.
 struct ResetMaterial {};
 struct AddKeyframe {
   scene::Keyframe keyframe;  // id 0: numbered by the session

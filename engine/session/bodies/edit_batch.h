@@ -10,8 +10,8 @@
 
 namespace limber::session {
 
-/// What has to be done to a solver so that it solves the document as it is now: values, no longer
-/// tied to the document.
+/// The changes that bring a solver to the document's present state: values, no longer tied to the
+/// document.
 struct EditBatch {
   std::vector<std::uint64_t> removed;  // those the solver does not know are skipped
   std::vector<scene::Constraint> set;  // added or replaced
@@ -23,7 +23,7 @@ struct EditBatch {
   std::optional<std::vector<scene::Keyframe>> keyframes;  // all of them, where any has changed
 };
 
-/// The newest state of what was touched.
+/// The newest state of the touched objects.
 [[nodiscard]] EditBatch batch_of(const Document& document, const Touched& touched);
 
 /// Everything, for a new solver.

@@ -26,7 +26,7 @@ constexpr double kShapeShare = 0.1, kLargestShapeError = 1e-3;
 // Not known to be tuned: it bounds the cost, a second solve, to drags that go far.
 constexpr double kNear = 0.5;
 
-/// As long as it lives, the full map gives up what is out of date.
+/// As long as it exists, the full map abandons work that is out of date.
 class Heeding {
  public:
   Heeding(LiveProblem& problem, const Cancellation& cancellation) : problem_(problem) {
@@ -123,7 +123,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
   std::optional<spacetime::SolveReport> other = solve_motion(round, kUnpublished);
   if (other) other = polish(round, *other, kUnpublished);
   if (!other) {
-    come_back();  // the edit that was quicker begins in the answer, not on the way from rest
+    come_back();  // the earlier edit begins in the answer, not on the path from rest
     return std::nullopt;
   }
   if (is_exact_ && problem_->solver().prefers(*other, found)) {
@@ -146,7 +146,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::try_from_rest(
 std::optional<Eigen::MatrixXf> BodySession::Impl::frames_in_full(
     const Round& round, const spacetime::Material& material, const Eigen::MatrixXd& modal,
     const Eigen::MatrixXf& reduced) {
-  // An edit is noticed within a millisecond or so, who cancels can wait a little longer.
+  // An edit is noticed within a millisecond or so; a cancellation can take a little longer.
   const JobContext job{out_of_date_, [&](const auto& /*stage*/, double /*fraction*/) {
                          JobContext{round.cancellation, {}}.throw_if_cancelled();
                        }};
@@ -216,7 +216,7 @@ void BodySession::Impl::take_up(const BodyResult& answer, spacetime::Known known
   start_of_fit_ = answer.start_of_fit;
   problem_->solver().set_weight_scale(answer.weight_scale);
   if (answer.mode_changes != mode_changes()) {
-    // Its frames are in another basis, its material has other modes, which nobody has fitted.
+    // Its frames are in another basis, and its material has other modes, which are not fitted yet.
     start_of_fit_.reset();
     problem_->set_shift(nullptr);
     problem_->solver().warm_start(in_present_modes(answer), known);

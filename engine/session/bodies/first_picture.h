@@ -9,8 +9,8 @@
 
 namespace limber::session {
 
-/// What a session shows while its model is being built: the motion of a coarse model
-/// (reduced::build_first_model), solved anew when edits come. Driven by the session's task.
+/// The first picture of a session, shown while its model is being built: the motion of a coarse
+/// model (reduced::build_first_model), solved anew when edits come. Driven by the session's task.
 class FirstPicture {
  public:
   /// @param scene  outlives this; without base motion; @param points  of it

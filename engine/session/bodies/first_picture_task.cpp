@@ -39,7 +39,7 @@ void BodySession::Impl::begin_picture(const MappedBody& mapped,
     picture_ = std::move(picture);
     show_edits(job);
   } catch (...) {
-    picture_.reset();  // a convenience: the build says itself what is wrong with the body
+    picture_.reset();  // optional: the build itself reports errors of the body
     job.throw_if_cancelled();
   }
 }

@@ -12,7 +12,7 @@
 
 namespace limber::session {
 
-/// What of a body without reduction does not depend on modes: made once, shared between threads.
+/// Parts of an unreduced body that do not depend on modes: made once, shared between threads.
 struct BodyParts {
   /// Maps the mesh and factors its Laplacian.
   explicit BodyParts(const scene::Scene& scene);
@@ -22,7 +22,7 @@ struct BodyParts {
   std::shared_ptr<const reduced::FullReconstruction> reconstruction;
 };
 
-/// A frame that is always reconstructed, and what is held in it, if anything.
+/// A frame that is always reconstructed, and its held site, if any.
 struct HeldFrame {
   int frame = 0;
   std::shared_ptr<const reduced::Site> site;  // null: of a keyframe
@@ -33,8 +33,8 @@ struct ShowOptions {
   double tolerance = 1e-3;  // of the shape error that the basis leaves
   int max_columns = 24;     // added at once
   int max_added = 48;       // beyond the model's own; more: the basis is made anew from these
-  /// Tets times frames that are reconstructed: about 1 s on two cores. Of longer motions frames
-  /// evenly spread, those between by interpolation of what the model misses.
+  /// Tets times frames that are reconstructed: about 1 s on two cores. In longer motions, evenly
+  /// spread frames are reconstructed; the model's error in the others is interpolated.
   double max_tet_frames = 2e7;
 };
 

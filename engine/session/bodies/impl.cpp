@@ -120,7 +120,7 @@ void BodySession::Impl::interrupt_round() {
 void BodySession::Impl::cancel() {
   {
     std::unique_lock lock(mutex_);
-    // What is due is out of date where a newer round is to come or runs.
+    // Due work is out of date if a newer round is pending or runs.
     const bool is_idle = !has_work_ && !is_solving_;
     if (is_searching_ || (is_search_due() && is_idle)) {
       search_.stop();
@@ -202,7 +202,7 @@ scene::Scene BodySession::Impl::scene(BaseMotionPart base) const {
     scene.model.mode_count = modes;
     scene.model.candidate_modes = built->model->coordinate_count() - built->model->rigid_count;
   }
-  // What the session mixes: opened anew with other variables, the scene would take another number.
+  // The number of mixed modes: opened with other variables, the scene would take another one.
   if (scene.model.candidate_modes == 0 && variables != scene.material_optimisation.variables)
     scene.model.candidate_modes = scene::candidate_mode_count(*unedited);
   scene.material_optimisation.variables = variables;

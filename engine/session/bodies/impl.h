@@ -26,7 +26,7 @@
 
 namespace limber::session {
 
-/// What the task of a session of a body works on.
+/// The order that the task of a session of a body works on.
 struct BodyOrder {
   enum class Start { kWarm, kCold };
   std::uint64_t content = 0;  // Document::content()
@@ -57,14 +57,14 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] scene::Scene scene(BaseMotionPart base = BaseMotionPart::kIncluded) const;
   [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
                                           int frame_count) const;
-  /// What the build leaves behind for readers.
+  /// Results of the build for readers.
   struct Built {
     std::shared_ptr<const reduced::ReducedModel> model;
-    /// As it was built; `model` may have columns for edited pins beside its own.
+    /// As it was built; `model` may have more columns, for edited pins.
     std::shared_ptr<const reduced::ReducedModel> trunk;
     std::shared_ptr<const reduced::BaseMotion> base;  // null: none
     std::shared_ptr<const std::vector<int>> compact_of_source;
-    std::string message;   // of the model's report, and what it has otherwise than asked for
+    std::string message;   // of the model's report, with its differences from the request
     std::string accuracy;  // of results, where the model misses its tolerance
     double seconds = 0;
     bool from_cache = false;
@@ -110,10 +110,10 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] std::shared_ptr<const ShownBasis> make_shown(
       const MappedBody& mapped, const std::shared_ptr<const reduced::ReducedModel>& model) const;
   // first_picture_task.cpp: what is shown meanwhile.
-  /// Where the body is large: makes the picture and publishes it. Failures leave none.
+  /// For large bodies: makes the picture and publishes it. Failures leave none.
   void begin_picture(const MappedBody& mapped, const reduced::ModelOptions& options,
                      const JobContext& job);
-  /// `job`, whose reports also show the edits that have come.
+  /// `job`, extended: its reports also show the edits that have come.
   [[nodiscard]] JobContext with_picture(const JobContext& job);
   void show_edits(const JobContext& job);
   void solve(const Round& round) override;
@@ -134,8 +134,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
                      std::shared_ptr<const reduced::FrameShift> shift, bool is_warm);
 
   void solve_order(const Round& round);
-  /// What `round` asks for, to the end, its material included. @returns nothing where an edit made
-  /// it out of date
+  /// Solves the order of `round` to the end, its material included. @returns nothing if an edit
+  /// made it out of date
   std::optional<spacetime::SolveReport> solve_whole(const Round& round);
   /// solver().solve(), published as it runs. @returns nothing where an edit made it out of date
   /// @param ceiling  motions of a higher total energy are not published
@@ -158,9 +158,9 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// @returns nothing where an edit made it out of date
   std::optional<spacetime::MaterialReport> optimise_material(const Round& round, Steps steps,
                                                              double most);
-  /// optimise_material() and the motion for what it has found; the start, converged before, where
-  /// that is better after all. Where nodes would move much farther from one frame to the next than
-  /// at the start it is done again with limited steps. @returns as above
+  /// Runs optimise_material() and solves the motion for its result; keeps the converged start if
+  /// that is better. If nodes move much farther from one frame to the next than at the start, it is
+  /// repeated with limited steps. @returns as above
   std::optional<spacetime::SolveReport> fit_material(const Round& round,
                                                      const spacetime::SolveReport& start);
   void publish_material(const Round& round, const spacetime::MaterialReport& report,
@@ -168,12 +168,12 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void restore(const Fit& fit);
   /// Of what the solver has.
   [[nodiscard]] Eigen::MatrixXf coordinates_now() const;
-  /// The farthest that some nodes move from one frame to the next [m] in what the solver has, in
-  /// full reconstructions where that is exact. @returns nothing where an edit was quicker
+  /// The largest step of sampled nodes from one frame to the next [m] in the solver's motion; in
+  /// full reconstructions if that is exact. @returns nothing if an edit came first
   [[nodiscard]] std::optional<double> largest_step_now(const Round& round);
   /// Energies of result.modal and result.report with this material.
   void fill_material(const spacetime::Material& material, BodyResult& result) const;
-  /// Frames of result.modal with result.material by the model, with what is known that it misses.
+  /// Frames of result.modal with result.material by the model, with the known part of its error.
   void show_by_model(BodyResult& result) const;
 
   std::shared_ptr<const BodyResult> publish_motion(const Round& round,
@@ -184,10 +184,10 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::shared_ptr<BodyResult> result_of_motion(const Round& round,
                                                const spacetime::SolveReport& report, bool is_final);
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
-  /// Of a final result: which constraints are out of reach, in its message too.
+  /// For a final result: notes the constraints out of reach, in its message too.
   void note_reach(BodyResult& result) const;
 
-  // early_frames.cpp: of long motions, what is looked at and what was edited, before all of it.
+  // early_frames.cpp: for long motions, viewed and edited frames before the rest.
   void publish_early(const Round& round, const spacetime::SolveReport& report);
   /// Before a batch is applied: the frames that it is about.
   void note_edited(const EditBatch& batch);
@@ -200,8 +200,8 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::optional<spacetime::SolveReport> polish(
       const Round& round, const spacetime::SolveReport& start,
       double ceiling = std::numeric_limits<double>::infinity());
-  /// Where edits have led far from motions that were compared with the optimum from rest, that is
-  /// found too, and the better one of both is the solver's. @returns as polish()
+  /// If edits have led far from motions that were compared with the optimum from rest, finds that
+  /// optimum too and gives the better one to the solver. @returns as polish()
   std::optional<spacetime::SolveReport> try_from_rest(const Round& round,
                                                       const spacetime::SolveReport& found);
   /// Frames of a motion by full reconstruction, h' x N, of problem_shown_, which may grow for them.
@@ -232,7 +232,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool do_search_work(std::unique_lock<std::mutex>& lock);
   void begin_search(std::unique_lock<std::mutex>& lock);
   [[nodiscard]] bool is_search_due() const;
-  /// Of a final result: whether its problem may have other optima that a search would find in time.
+  /// For a final result: whether a search might find other optima of its problem in time.
   [[nodiscard]] bool is_several_optima_possible(const BodyResult& result) const;
   /// Starts that may be compared for the problem of now; 0: its size allows none.
   [[nodiscard]] int starts_to_compare() const;
@@ -249,10 +249,10 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool do_mode_work(std::unique_lock<std::mutex>& lock);
   void begin_choice(std::unique_lock<std::mutex>& lock);
   [[nodiscard]] bool is_choice_due() const;
-  /// Of a final result: whether its modes are to be compared with others; else says why not.
+  /// For a final result: whether to compare its modes with other numbers; if not, notes the reason.
   [[nodiscard]] bool is_question(const BodyResult& result);
   [[nodiscard]] std::string reason_against_question(const BodyResult& result);
-  /// The session continues with what was found.
+  /// The session continues with the finding.
   void adopt(const ModesFound& found);
   /// What changes with the modes.
   struct WithModes {
@@ -318,7 +318,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::unique_ptr<FirstPicture> picture_;            // the task's, while it builds
   std::uint64_t pictured_ = 0;                       // the task's: Document::content() in it
   std::shared_ptr<FullBody> full_body_;              // the task's, once it is needed
-  std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
+  std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: basis of the next result
   std::vector<int> edited_;                          // the task's: frames of the round's edits
   bool from_rest_ = false;        // the task's: the solver began there, and no edit has come since
   Eigen::MatrixXd tried_;         // the task's: z that was compared with the optimum from rest
@@ -329,7 +329,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   bool solved_ = false;           // the task's: the motion has converged for the material it has
   /// The task's: q of the motion with forces alone that the fit of the material began with.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;
-  int material_iterations_ = 0;  // the task's: in what is published next
+  int material_iterations_ = 0;  // the task's: for the next result
 
   int modes_ = 0;                           // the task's: r, elastic modes that swing
   scene::Dynamics dynamics_;                // the task's: as the solver has them

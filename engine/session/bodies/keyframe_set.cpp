@@ -75,7 +75,7 @@ void KeyframeSet::exchange(KeyframeChange& change) {
   if (held == keyframes_.end()) {
     LIMBER_DEMAND(change.value.has_value());
     keyframes_.emplace(change.id, std::move(*change.value));
-    change.value.reset();  // the inverse: gone again
+    change.value.reset();  // the inverse: absent again
   } else if (change.value) {
     std::swap(*change.value, held->second);
   } else {

@@ -19,8 +19,8 @@ class KeyframeSet {
   /// @throws Error with a field of the scene ("keyframes[3].frame")
   explicit KeyframeSet(const scene::Scene& scene);
 
-  // What an edit comes to; fields of errors are relative to the edit ("keyframe.frame", "id").
-  // An added keyframe is numbered: next_id() advances.
+  // The change that an edit makes; fields of errors are relative to the edit ("keyframe.frame",
+  // "id"). An added keyframe is numbered: next_id() advances.
   [[nodiscard]] KeyframeChange added(const scene::Keyframe& added_value);
   [[nodiscard]] KeyframeShift moved(const MoveKeyframe& edit) const;
   [[nodiscard]] KeyframeChange removed(std::uint64_t id) const;
@@ -45,7 +45,7 @@ class KeyframeSet {
   [[nodiscard]] std::vector<scene::Keyframe> list() const;  // by id
   [[nodiscard]] const scene::KeyframeRules& rules() const { return rules_; }
   [[nodiscard]] std::uint64_t next_id() const { return next_id_; }
-  /// Back to an earlier next_id(): what was numbered since is gone.
+  /// Back to an earlier next_id(): ids given since then are free again.
   void set_next_id(std::uint64_t id) { next_id_ = id; }
 
  private:

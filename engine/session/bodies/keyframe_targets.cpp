@@ -19,8 +19,8 @@ namespace {
 using scene::Keyframe;
 
 constexpr double kPoorShare = 0.02;  // body lengths
-// Of the model's tolerance: root mean square of what modes may leave of a pose's rotations [rad]
-// and strains. A body that is off by so much everywhere is off by less than that in body lengths.
+// Share of the model's tolerance: rms of the rotations [rad] and strains of a pose that modes may
+// miss. A body that is off by so much everywhere is off by less than that in body lengths.
 constexpr double kShownShare = 0.1;
 constexpr std::size_t kPosesAtOnce = 8;  // what modes leave of them takes memory
 

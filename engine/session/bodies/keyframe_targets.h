@@ -28,7 +28,7 @@ struct KeyframeTarget {
 };
 
 /// Keyframes of a scene as what its solver is asked to meet: z-bar (reduced::ModalProjector), over
-/// the base motion where there is one. What it takes to project is only made for the first
+/// the base motion where there is one. The parts for projecting are only made for the first
 /// keyframe. Driven by one thread.
 class KeyframeTargets {
  public:
@@ -58,7 +58,7 @@ class KeyframeTargets {
   /// @param ordered  by frame
   [[nodiscard]] std::vector<Projected> project_poses(const std::vector<scene::Keyframe>& ordered);
   void project_unknown(const std::vector<scene::Keyframe>& ordered);
-  /// What z-bar of a pose that stands alone depends on: the pose, and over a base motion the frame.
+  /// Arguments of a single pose's z-bar: the pose and, over a base motion, the frame.
   struct Place {
     Pose pose;
     int frame;

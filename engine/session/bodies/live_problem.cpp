@@ -73,7 +73,7 @@ void LiveProblem::start(const EditBatch& whole) {
   variables_ = whole.material->variables;
   frames_per_second_ = whole.dynamics->frames_per_second;
   dynamics_ = *whole.dynamics;
-  // Made anew after a failure: what was fitted is as good as it was.
+  // Made anew after a failure: the fit remains valid.
   bool again = material_ && epoch_ == whole.material->epoch;
   if (again) {
     const auto initial = mapped_material(is_fitted(*material_));
@@ -119,7 +119,7 @@ void LiveProblem::apply(const EditBatch& batch) {
     set_dynamics();
   }
   if (batch.material) {
-    // What a fit of other variables has mixed or tuned may not be changed by the next one.
+    // The next fit may not change the mixing or tuning of a fit of other variables.
     if (variables_ != batch.material->variables) unfinished_.reset();
     variables_ = batch.material->variables;
     enter_epoch(batch.material->epoch);
@@ -136,7 +136,7 @@ void LiveProblem::apply(const EditBatch& batch) {
   if (mostly_unused_sites()) shed_sites();
 }
 
-/// A reset can be undone: what was fitted before it is still there then.
+/// A reset can be undone: the fit before it is still available then.
 void LiveProblem::enter_epoch(std::uint64_t epoch) {
   if (epoch == epoch_) return;
   fitted_.insert_or_assign(std::exchange(epoch_, epoch), material_);
@@ -145,7 +145,7 @@ void LiveProblem::enter_epoch(std::uint64_t epoch) {
   set_material(known == fitted_.end() ? initial_ : known->second);
 }
 
-/// What was fitted to other modes starts anew from these. Other costs of forces leave it.
+/// A fit to other modes starts anew from these. Other costs of forces leave it.
 void LiveProblem::set_dynamics() {
   auto mapped = mapped_material(is_fitted(*material_));
   if (same_modes(*mapped, *initial_)) {
@@ -163,8 +163,8 @@ bool LiveProblem::is_fitted(const spacetime::Material& material) const {
          material.mixing != initial_->mixing;
 }
 
-/// Where a material is fitted, or was, forces count by themselves: by the displacements that they
-/// would hold, a fit would make modes cheap by making them stiff.
+/// If a material is fitted, or was, forces count by themselves: measured by the displacements that
+/// they would hold, a fit would make modes cheap by making them stiff.
 std::shared_ptr<const spacetime::Material> LiveProblem::mapped_material(bool is_fitted) const {
   spacetime::Material mapped = map_material(dynamics_, terms_.mode_count, *model_);
   if (variables_ != scene::MaterialVariables::kMotion || is_fitted)
@@ -180,7 +180,7 @@ void LiveProblem::set_forces(std::shared_ptr<const spacetime::Material> initial)
   set_material(std::move(material));
 }
 
-/// Materials of earlier answers come back here: what forces cost is as it is now.
+/// Materials of earlier answers return here: they get the present costs of forces.
 void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
   unfinished_.reset();
   const bool fitted = is_fitted(*material);

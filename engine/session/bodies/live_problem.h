@@ -28,7 +28,7 @@ struct SiteLimits {
   std::size_t nodes = 16'000'000;  // that their groups name together
 };
 
-/// What a scene says once and for all of its problem.
+/// Terms of a scene's problem that never change.
 struct ProblemTerms {
   int frame_count = 0;
   int mode_count = 0;  // elastic modes that swing, r without rigid unknowns
@@ -88,7 +88,7 @@ class LiveProblem {
   /// on from here until set_material() is called or the variables change.
   void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);
 
-  /// What the solver's displacements are of; its motion is kept, and its values are found anew.
+  /// Selects the kinematics of the solver's displacements; keeps its motion, renews its values.
   void use(reduced::LayeredKinematics::Level level);
   /// Makes the full map where there is none; before use(kFull).
   void provide_full(const std::function<std::unique_ptr<reduced::FullKinematics>()>& make);
@@ -122,7 +122,7 @@ class LiveProblem {
   /// The present problem for any number of modes. @param dynamics  as edited
   [[nodiscard]] ModeProblem mode_problem(const scene::Dynamics& dynamics) const;
   [[nodiscard]] bool has_keyframes() const { return !keyframes_.empty(); }
-  /// What the poses of keyframes have beyond the modes; null: nothing.
+  /// The part of the keyframes' poses beyond the modes; null: none.
   [[nodiscard]] const std::shared_ptr<const reduced::AddedPoses>& added() const { return added_; }
   /// A material was fitted, or may be brought back by undo.
   [[nodiscard]] bool has_fitted() const {
@@ -155,7 +155,7 @@ class LiveProblem {
     return held_.at(constraint_of(of_solver));
   }
   void remove(std::uint64_t id, int frames, int from = 0);
-  /// What depends on the frame rate or on the ends: velocities, and how far constraints reach.
+  /// Sets all that depends on the frame rate or the ends: velocities, and constraints' range.
   void set_timed();
   void set_keyframes(std::vector<scene::Keyframe> keyframes);
   /// From projected_, the timeline and the dynamics of the scene.
@@ -163,14 +163,14 @@ class LiveProblem {
   void note_site(int site, std::size_t nodes);
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);
-  /// Of the base motion, on the modes that are solved for; empty: none. r x N
+  /// Load of the base motion, on the modes that are solved for; empty: none. r x N
   [[nodiscard]] Eigen::MatrixXd load() const;
   /// As dynamics_ says.
   void set_dynamics();
   [[nodiscard]] bool is_fitted(const spacetime::Material& material) const;
   /// The scene's own. @param is_fitted  another one is in use
   [[nodiscard]] std::shared_ptr<const spacetime::Material> mapped_material(bool is_fitted) const;
-  /// Of the same modes, whose control forces cost otherwise.
+  /// Sets new costs of control forces for the same modes.
   void set_forces(std::shared_ptr<const spacetime::Material> initial);
   void enter_epoch(std::uint64_t epoch);
   void shed_sites();

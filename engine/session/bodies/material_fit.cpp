@@ -16,8 +16,8 @@ using spacetime::SolveStatus;
 // which leaves this share for the others.
 constexpr int kSampledNodes = 512, kNodesInSteps = 128;
 constexpr double kLeftForOthers = 0.02;
-// Bodies that float take less forces by steps up to 1.3 times as long, which is reported; beyond
-// this factor motions throw parts about (7 to 10 times on the flower with both ends free).
+// Bodies that float need less force with steps up to 1.3 times as long, which is reported. Beyond
+// this factor, motions throw parts about (7 to 10 times on the flower with both ends free).
 constexpr double kMuchFarther = 1.5;
 
 }  // namespace
@@ -64,7 +64,7 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
         return true;
       });
   material_iterations_ = report.iterations;
-  // What was found so far is where the next edit's optimisation continues.
+  // The next edit's optimisation continues from this point.
   if (out_of_date && size(solver->material().mixing, solver->motion()) > kMuchFarther * most)
     return std::nullopt;
   if (report.below_start) {
@@ -219,7 +219,7 @@ void BodySession::Impl::show_by_model(BodyResult& result) const {
                         result.coordinates);
   result.shown = problem_shown_;
   const Eigen::Index size = result.shown->basis->cols(), before = result.coordinates.rows();
-  if (before < size) {  // the model's own, where nothing is known of what it misses
+  if (before < size) {  // the model's own, if its error is not known
     result.coordinates.conservativeResize(size, Eigen::NoChange);
     result.coordinates.bottomRows(size - before).setZero();
   }

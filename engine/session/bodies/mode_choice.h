@@ -13,14 +13,14 @@ struct ModeChoiceOptions {
   /// frames of its final result cost the same (docs/speed-against-error.md).
   int least = 30;
   int most = 120;  // modes at most, >= least
-  /// Fewer modes are taken where their energy is higher by at most this share of the tolerance, in
-  /// (0, 1): growth begins at the whole of it, so that r does not swing.
+  /// The number of modes shrinks if that raises the energy by at most this share of the tolerance,
+  /// in (0, 1). It grows only at the full tolerance, so that r does not oscillate.
   double shrink_share = 0.25;
   /// The question is asked again where the energy has changed by more than this factor, > 1.
   double energy_factor = 4;
-  // Larger scenes keep the modes that they have: of more tets the question takes minutes where
-  // modes grow, of more frames a step of it takes longer than an edit may wait for a processor. All
-  // >= 0.
+  // Larger scenes keep their modes. With more tets, the comparison takes minutes when modes grow;
+  // with more frames, one of its steps takes longer than an edit may wait for a processor. All >=
+  // 0.
   int most_tets = 60'000;
   int most_frames = 30'000;
   double most_tet_readings = 4e6;  // tets times constraints
@@ -34,7 +34,7 @@ struct ModeEnergy {
   double energy = 0;
 };
 
-/// What a session knows of how many modes its scene needs.
+/// Findings of a session about the number of modes that its scene needs.
 struct ModeChoice {
   enum class State {
     kOff,      // the session does not choose

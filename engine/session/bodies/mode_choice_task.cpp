@@ -12,8 +12,8 @@
 // a task of its own compares optimal energies (ModeChooser); the session's task changes the modes,
 // so that results keep their order. A newer edit interrupts both.
 //
-// More modes come with a better final result of the same revision. Fewer are used from the next
-// round on: what is shown stays.
+// More modes come with a better final result of the same revision. A smaller number takes effect
+// from the next round on: the shown result stays.
 
 namespace limber::session {
 namespace {

@@ -38,8 +38,8 @@ Eigen::MatrixXd resized(const Eigen::MatrixXd& motion, Index rows) {
   return other;
 }
 
-/// Energies are sums of squared forces: of a motion that needs none, such as a rigid one of a free
-/// body, rounding leaves about this share of its own square, and more modes another share.
+/// Energies are sums of squared forces. If a motion needs none, such as a rigid one of a free body,
+/// rounding leaves about this share of its own square, and more modes another share.
 bool is_rounding(double energy, const Eigen::MatrixXd& motion) {
   constexpr double kRounding = 1e-20;
   return energy <= kRounding * motion.squaredNorm();
@@ -231,7 +231,7 @@ void ModeChooser::shrink(const ModeRequest& request, Optimum& now, ModeChoice& c
     choice.fewer = next;
     smaller.transfer = last.transfer.topRows(smaller.motion.rows());
     last = smaller;
-    if (next < options_.least) continue;  // that they would do is said, and no more
+    if (next < options_.least) continue;  // reports that they would suffice, without using them
     choice.reason = fmt::format("{} modes did not change the optimal energy by more than {}",
                                 request.modes, share_text(most));
     now = std::move(smaller);

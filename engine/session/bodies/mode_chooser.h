@@ -38,7 +38,7 @@ struct ModeRequest {
   int modes = 0;  // r, elastic
 };
 
-/// What r is, and what the session needs to continue with it.
+/// The number r, with all that the session needs to continue with it.
 struct ModeFinding {
   ModeChoice choice;
   /// The model of the request, or where it has too few modes another one.

@@ -8,7 +8,7 @@
 
 namespace limber::session {
 
-/// What the number of modes was chosen for, so that it is not asked again for each small edit.
+/// The state for which the number of modes was chosen: small edits do not repeat the choice.
 struct ModeQuestion {
   std::set<std::vector<int>> groups;  // of nodes that sites are means of, compact
   std::size_t constraints = 0;
@@ -20,9 +20,9 @@ struct ModeQuestion {
 /// @param energy  of the optimum
 [[nodiscard]] ModeQuestion mode_question(const ModeProblem& problem, double energy);
 
-/// Whether the answer to `before` will do for `now`: the same ends and dynamics, no group of nodes
-/// that was not held then, at most twice and at least half as many constraints, and an energy that
-/// has changed by no more than `energy_factor`.
+/// Whether the answer to `before` is valid for `now`. It requires the same ends and dynamics, no
+/// group of nodes that was not held then, at most twice and at least half as many constraints, and
+/// an energy that has changed by no more than `energy_factor`.
 [[nodiscard]] bool is_answered_by(const ModeQuestion& now, const ModeQuestion& before,
                                   double energy_factor);
 

@@ -38,8 +38,8 @@ bool write_all(int file, const std::string& bytes) {
   return true;
 }
 
-/// Oldest files out, until the rest is at most `limit`. Others may be pruning too: what is gone is
-/// gone.
+/// Oldest files out, until the rest is at most `limit`. Others may be pruning too: missing files
+/// are fine.
 void prune(const fs::path& folder, std::uint64_t limit) {
   struct File {
     fs::file_time_type time;

@@ -31,7 +31,7 @@ constexpr double kMaxMissRatio = 1.5;
 /// motion.
 constexpr double kMaxStepRatio = 1.5;
 
-/// Of the reach of training poses: a body that bends farther to meet a target is torn apart.
+/// Factor on the reach of training poses: a body that bends farther to meet a target is torn apart.
 constexpr double kFarReach = 4;
 
 /// Beyond this the number says nothing more.
@@ -42,7 +42,7 @@ std::string percent(double share) {
   return share < 1 ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
-/// Of `count` numbered things at most `most`, evenly, first and last included.
+/// Evenly spread numbers, at most `most` out of `count`, first and last included.
 std::vector<int> spread(int count, int most) {
   std::vector<int> chosen;
   if (count <= most) most = count;
@@ -103,7 +103,7 @@ void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentenc
   }
 }
 
-/// How far the full shapes miss constraints, beside the shown ones.
+/// Errors of the full shapes at constraints, next to those of the shown shapes.
 void describe_misses(const MotionCheck& check, std::vector<std::string>& sentences) {
   const double missed = check.error.max_constraint_error;
   const double exact = check.error.max_exact_error;
@@ -135,7 +135,7 @@ void describe_misses(const MotionCheck& check, std::vector<std::string>& sentenc
   }
 }
 
-/// How far the full shapes miss velocities, beside the shown ones.
+/// Errors of the full shapes' velocities, next to those of the shown shapes.
 void describe_velocities(const MotionCheck& check, std::vector<std::string>& sentences) {
   const double missed = check.error.max_velocity_error, shown = check.shown_velocity_error;
   const double visible = kMinVisibleMiss * check.length / kVisibleFrames;
@@ -246,7 +246,7 @@ std::string describe_throw(const MotionCheck& check) {
       check.thrown.apart / check.length);
 }
 
-/// Of targets of positions in neighbouring frames of them, every pair of such frames.
+/// Uses targets of positions in neighbouring frames of them, every pair of such frames.
 void find_hurry(const std::vector<CheckRequest::Target>& targets, MotionCheck& check) {
   std::map<int, std::vector<const CheckRequest::Target*>> exact;
   for (const CheckRequest::Target& target : targets)

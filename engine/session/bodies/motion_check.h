@@ -14,7 +14,7 @@ namespace limber::session {
 struct MappedBody;
 struct BodyResult;
 
-/// What a session has found out about a motion that it shows.
+/// Findings of a session about a motion that it shows.
 struct MotionCheck {
   struct Shaking {
     double zigzag = 0;  // largest distance of a node from the mean of its neighbour frames [m]
@@ -41,12 +41,12 @@ struct MotionCheck {
   double frames_per_second = 1;                // numbers of messages are per second
   std::optional<double> constraint_tolerance;  // the scene's [m]
   double length_unit = 1;                      // of the scene [m]: numbers of messages are in it
-  /// Of a fitted motion: largest distance of a node from one frame to the next, shown, and of the
-  /// motion with forces alone that the fit began with [m]; both 0 where nothing was fitted.
+  /// For a fitted motion: largest distance of a node from one frame to the next [m], in the shown
+  /// motion and in the motion with forces alone that the fit began with. Both are 0 without a fit.
   double largest_step = 0, largest_step_of_start = 0;
   /// Typical largest displacement of the widest training poses, as linear_reach [m].
   double trained_reach = 0;
-  /// Of targets of positions: the farthest from rest [m], and its frame.
+  /// Largest distance of a position target from rest [m], and its frame.
   double farthest_target = 0;
   int farthest_target_frame = 0;
   std::uint64_t farthest_target_id = 0;
@@ -62,21 +62,21 @@ struct MotionCheck {
   [[nodiscard]] bool within_tolerance() const { return error.shape_error <= tolerance; }
 };
 
-/// Of a body's length: misses below it cannot be seen.
+/// As a share of the body's length: smaller misses are not visible.
 inline constexpr double kMinVisibleMiss = 1e-3;
-/// A velocity is missed visibly where it is off by what makes that distance in so many frames: the
-/// largest velocity of a swing of the default period, 40 frames, that just can be seen.
+/// A velocity error is visible if it makes that distance in so many frames. The number is the
+/// largest velocity of a just visible swing of the default period, 40 frames.
 inline constexpr double kVisibleFrames = 6.4;
-/// Of a motion that is neither abrupt nor shakes: largest zigzag [body lengths] and
+/// Limits of a motion that is neither abrupt nor shaking: largest zigzag [body lengths] and
 /// high_frequency_share.
 inline constexpr double kMaxZigzag = 0.02, kMaxHighFrequencyShare = 1e-4;
 
-/// What is wrong with the motion and what to do. Empty where
+/// The problem of the motion and its remedy. Empty where
 /// - its error and that of its worst frame are within the tolerance,
 /// - no tet is inverted in the compared frames,
 /// - the full shapes miss no constraint by more than half a body length, constraint_tolerance, or
-///   1.5 times what the shown ones miss (and kMinVisibleMiss more), and no exact constraint by more
-///   than kMinVisibleMiss; of velocities the same, without constraint_tolerance,
+///   1.5 times the miss of the shown ones (and kMinVisibleMiss more). The limit for exact
+///   constraints is kMinVisibleMiss; for velocities the same holds, without constraint_tolerance,
 /// - a fitted motion makes no larger step from frame to frame than the one it began with,
 /// - it does not shake (kMaxZigzag, kMaxHighFrequencyShare), and exact targets do not throw the
 ///   body.
@@ -85,7 +85,7 @@ inline constexpr double kMaxZigzag = 0.02, kMaxHighFrequencyShare = 1e-4;
 /// Says that a model misses its tolerance, and what to do; empty where it does not.
 [[nodiscard]] std::string describe_accuracy(const reduced::ModelReport& report, double tolerance);
 
-/// A motion and what it was to meet.
+/// A motion and its targets.
 struct CheckRequest {
   struct Target {
     int frame = 0;
@@ -121,10 +121,10 @@ inline constexpr int kSpreadFrames = 16;
 [[nodiscard]] std::vector<int> frames_to_compare(std::vector<int> constrained,
                                                  const Eigen::MatrixXf& coordinates);
 
-/// Compares motions of one session with full reconstructions of the same modal coordinates. What
-/// that takes (a factored Laplacian of the mesh, RS coordinates of a base motion) is made by the
-/// first check, so that models from a cache cost nothing until then; where that is cancelled, the
-/// next one continues with the stages that are left. For one thread at a time.
+/// Compares motions of one session with full reconstructions of the same modal coordinates. The
+/// first check makes the data for that (a factored Laplacian of the mesh, RS coordinates of a base
+/// motion), so that models from a cache cost nothing until then. If that check is cancelled, the
+/// next one continues with the remaining stages. For one thread at a time.
 class MotionChecker {
  public:
   MotionChecker(std::shared_ptr<const scene::Scene> scene,

@@ -5,8 +5,8 @@
 #include "engine/session/bodies/impl.h"
 
 // Live edits of animated pins: another base motion under the same constraints. Modes and cubature
-// stay. The basis gets the columns that show the base motion; what forces add where the body has
-// turned far is shown through the basis as it was trained until the exact frames come.
+// stay. The basis gets the columns that show the base motion. Until the exact frames come, the
+// effect of forces on strongly rotated parts is shown through the basis as trained.
 
 namespace limber::session {
 namespace {

@@ -131,7 +131,7 @@ spacetime::MaterialVariables map_variables(scene::MaterialVariables variables) {
 namespace {
 
 /// Makes E_f the same at every frame rate: at equal seconds it is proportional to frames per
-/// second^-3 in frames. Of bodies faster than by default it is the same in swings: static forces
+/// second^-3 in frames. For bodies faster than by default it is the same in swings: static forces
 /// would grow with the fourth power of the frequency, and soft targets would not be met.
 double force_scale(const scene::Dynamics& dynamics, double lowest_eigenvalue) {
   constexpr double kLeast = 1e-12, kMost = 1e12;
@@ -146,9 +146,9 @@ double force_scale(const scene::Dynamics& dynamics, double lowest_eigenvalue) {
 
 /// Forces count as the displacements that they would hold, f / lambda: among all poses that meet a
 /// key the nearest to rest is the cheapest. By themselves, forces on the lowest mode are so much
-/// cheaper than others that it is bent out of all proportion to do what others are there for. Modes
-/// faster than kMost times the lowest count by their forces again, so that more modes change less
-/// and less. The lowest, and what nothing or next to nothing holds, have 1.
+/// cheaper than others that this mode would bend out of all proportion in place of the others.
+/// Modes faster than kMost times the lowest count by their forces again, so that more modes change
+/// less and less. The lowest, and what nothing or next to nothing holds, have 1.
 Eigen::VectorXd force_shares(const Eigen::VectorXd& stiffness, double slowest) {
   constexpr double kMost = 20;
   constexpr double kStiff = kMost * kMost * kMost * kMost;

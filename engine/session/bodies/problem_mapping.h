@@ -32,10 +32,10 @@ struct MappedBody {
 [[nodiscard]] reduced::ModelOptions map_model(const scene::Scene& scene,
                                               const bodies::ElasticBody& body);
 
-/// Lambda and D with the frame as the unit of time. With a period of L frames,
-/// lambda_k = (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2),
-/// eigenvalue_1 the lowest elastic one that is not a mechanism's; with L = 0, lambda_k =
-/// eigenvalue_k / fps^2. Damping d_k = 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
+/// Lambda and D with the frame as the unit of time. With a period of L frames, lambda_k =
+/// (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2). Here eigenvalue_1 is
+/// the lowest elastic one that is not a mechanism's. With L = 0, lambda_k = eigenvalue_k / fps^2.
+/// Damping d_k = 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
 ///
 /// Sampled modes: d_k = 2 zeta lambda_k / sqrt(lambda_1), as of a viscous material. With one zeta
 /// for all, stiff modes follow their forces at once, and an exact target is a corner of the motion:
@@ -58,8 +58,8 @@ struct MappedBody {
   return of_solver & ((std::uint64_t{1} << 53U) - 1);
 }
 
-/// What a model has otherwise than it was asked for, each with its field and what is used; empty:
-/// it has what was asked for. Sizes that were left to the builder are not remarked on.
+/// Differences of a model from its request, each with its field and the value in use; empty: none.
+/// Sizes that were left to the builder are not remarked on.
 [[nodiscard]] std::string model_notes(const scene::ModelRequest& request,
                                       const reduced::ReducedModel& model);
 
@@ -79,7 +79,7 @@ struct MappedBody {
 [[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
                                               const std::vector<int>& source_of_compact);
 
-/// What a scene's constraints hold, and where their targets are measured from. Merged duplicates
+/// The sites that a scene's constraints hold, and the origins of their targets. Merged duplicates
 /// count once in the mean of a group.
 class TargetFrame {
  public:
@@ -88,12 +88,12 @@ class TargetFrame {
   TargetFrame(const scene::Scene& scene, const MappedBody& mapped,
               std::shared_ptr<const scene::SurfacePoints> points = nullptr);
 
-  /// What a constraint holds. Of a group compact ids, sorted, each once: the same group is the same
-  /// site however it was written. Of a point or a surface vertex the nodes that it moves with, each
-  /// once, with their weights; where it moves with one alone, that node.
+  /// What a constraint holds. For a group: compact ids, sorted, each once; the same group is the
+  /// same site however it was written. For a point or a surface vertex: the nodes that it moves
+  /// with, each once, with their weights; if it moves with one alone, that node.
   [[nodiscard]] reduced::Site site(const scene::Constraint& constraint) const;
-  /// What to take off a target of this kind to get a displacement [scene units]: the rest position
-  /// of the site, or 0.
+  /// The value to subtract from a target of this kind to get a displacement [scene units]: the rest
+  /// position of the site, or 0.
   [[nodiscard]] Eigen::Vector3d origin(scene::TargetKind kind, const reduced::Site& site) const;
   /// [m] from rest.
   [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& target,

@@ -11,11 +11,11 @@ namespace limber::session {
 /// beyond only inside out, if at all [body lengths].
 inline constexpr double kFarTarget = 2;
 
-/// Constraints whose targets an optimum stops short of because the body does not get there: exact
-/// ones that are missed without contradicting others, and soft ones that are missed by more than
-/// half the body's length although their targets are more than two lengths from rest. Soft targets
-/// that are nearer are a matter of weights. Where a solve ended before its optimum, only targets
-/// beyond two lengths count, and none where it was cancelled.
+/// Constraints that an optimum does not reach because the body cannot get there. These are exact
+/// ones that are missed without contradicting others. They are also soft ones that are missed by
+/// more than half the body's length although their targets are more than two lengths from rest.
+/// Soft targets that are nearer are a matter of weights. If a solve ended before its optimum, only
+/// targets beyond two lengths count, and none after a cancellation.
 /// @param constraints  that were solved for
 /// @param length  of the body [m]
 [[nodiscard]] std::vector<spacetime::ConstraintMiss> out_of_reach(

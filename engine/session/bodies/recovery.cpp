@@ -20,10 +20,10 @@ namespace {
 constexpr int kLeastFrames = 8;  // that are not driven
 /// Modal coordinates [body lengths] below this are what numbers leave of none.
 constexpr double kRounding = 1e-9;
-/// Of the displacements: what is left over where modes do not see the motion.
+/// As a share of the displacements: with a larger remainder, modes cannot represent the motion.
 constexpr double kPoorProjection = 0.1;
 
-/// Of the displacements: a continuation that is further off is no prediction.
+/// As a share of the displacements: a continuation with a larger error is no prediction.
 constexpr double kPoorContinuation = 0.1;
 
 /// Frames that are reconstructed at a time.
@@ -50,7 +50,7 @@ struct FrameErrors {
     return relative(std::sqrt(difference.segment(begin, end - begin).sum()),
                     std::sqrt(size.segment(begin, end - begin).sum()));
   }
-  /// Of one frame, which may be one of rest: relative to a hundredth of the largest at least.
+  /// Error of one frame, which may be one of rest: relative to a hundredth of the largest at least.
   [[nodiscard]] double in(Eigen::Index frame) const {
     return relative(std::sqrt(difference[frame]),
                     std::sqrt(std::max(size[frame], 1e-4 * size.maxCoeff())));

@@ -10,7 +10,7 @@
 
 namespace limber::session {
 
-/// What is wanted of a recovery beside the scene.
+/// Settings of a recovery besides the scene.
 struct RecoveryRequest {
   spacetime::MaterialVariables variables = spacetime::MaterialVariables::kAll;
   spacetime::RecoveryStart start = spacetime::RecoveryStart::kPrincipalComponents;
@@ -22,7 +22,7 @@ struct RecoveryRequest {
   double column_weight = 1e-8;  // mu, > 0
   int total_frames = 0;         // of the recovered and continued motion; 0: as the base motion
 
-  /// The same with what 0 stands for.
+  /// The same with the defaults in place of 0.
   /// @param base_frames  of the base motion
   /// @throws Error{kInvalidArgument} naming the member, its value and the rule
   [[nodiscard]] RecoveryRequest resolved(int base_frames) const;
@@ -34,15 +34,15 @@ struct RecoveryReport {
   int recovered_frames = 0;
   double frames_per_second = 30;
   /// Lambda and D of the swings of r modes (spacetime::Recovery), after six rigid motions of a free
-  /// body, whose both are 0.
+  /// body, for which both are 0.
   spacetime::ModeDynamics dynamics;
   /// S, R x r; of a free body (R + 6) x (r + 6), the identity for the rigid motions.
   Eigen::MatrixXd mixing;
   bool converged = false;
   int steps = 0;
   spacetime::RecoveryEnergies energies;
-  /// Of the base motion as its modal coordinates reconstruct it, all frames: the part of the errors
-  /// below that no material could avoid.
+  /// Error of the base motion as its modal coordinates reconstruct it, over all frames: the part of
+  /// the errors below that no material could avoid.
   double projection_error = 0;
   double recovered_error = 0;    // of the frames that the material is recovered from
   double continued_error = 0;    // of the frames behind them; 0 where there are none
@@ -58,11 +58,11 @@ struct MaterialRecovery {
 };
 
 /// The material of a scene's base motion (paper: space-time editing, section 6.3), and how the
-/// motion continues with it where no force acts: r = model.mode_count modes, mixed of R = candidate
-/// modes (ModelRequest::kDefaultCandidates, or as many as the mesh has). Those are of the scene's
-/// materials; where the scene has none, of a uniform body, of which only Poisson's ratio matters
-/// (the paper's E = 1, rho = 1: modes do not depend on either, and of eigenvalues only ratios
-/// count).
+/// motion continues with it without forces. The r = model.mode_count modes are mixed from R =
+/// candidate modes (ModelRequest::kDefaultCandidates, or as many as the mesh has). Candidates use
+/// the scene's materials. Without these they are the modes of a uniform body, for which only
+/// Poisson's ratio matters (the paper's E = 1, rho = 1: modes do not depend on either, and of
+/// eigenvalues only ratios count).
 ///
 /// Shapes are full RS reconstructions and poses are projected over all tets, so that no basis and
 /// no cubature has to be built. A free body's rigid motions are no matter of its material: they are

@@ -34,26 +34,26 @@ enum class Exactness {
 
 struct Geometry;
 
-/// What coordinates of frames are to be multiplied by. It grows while a session is edited: results
-/// keep the one that they are of.
+/// The basis that coordinates of frames are multiplied by. It grows while a session is edited:
+/// results keep the one that they are of.
 struct ShownBasis {
   std::shared_ptr<const Eigen::MatrixXd> basis;  // B, 3n x h, compact nodes [m], orthonormal
   std::shared_ptr<const Geometry> geometry;      // the same in single precision, as sent to clients
 };
 
-/// W-hat, of which the modes of a material are mixtures.
+/// W-hat: the modes of a material are mixtures of these.
 struct CandidateModes {
   Eigen::MatrixXd modes;        // 3 source nodes x R [scene units]: to first order, what z = 1 does
   Eigen::VectorXd frequencies;  // R [Hz], of the scene's material; 0 of rigid motions
 };
 
-/// One published iterate: immutable, shared between threads. Where the solve failed, the solver
-/// threw: the motion is an earlier result's, or rest; the report is empty but for its message.
+/// One published iterate: immutable, shared between threads. If the solver threw, the motion is an
+/// earlier result's, or rest; the report is empty except for its message.
 struct BodyResult : ResultHeader {
   spacetime::SolveReport report;
   Eigen::MatrixXd modal;  // z, r x N, in the modes of `material`
-  /// What the motion swings with, and what the scene itself says: the same where nothing was
-  /// optimised. Null in a failed result that nothing came before.
+  /// The material of the motion, and that of the scene itself: the same without optimisation. Null
+  /// in a failed result that nothing came before.
   std::shared_ptr<const spacetime::Material> material, initial_material;
   /// q, h x N, of the motion with forces alone that the fit of the material began with, maybe in an
   /// earlier revision; null where nothing was fitted.
@@ -62,21 +62,21 @@ struct BodyResult : ResultHeader {
   int material_iterations = 0;   // of the material's optimisation for this revision
   double column_energy = 0;      // mu E_s, part of report.total_energy
   double unit_force_energy = 0;  // control forces, comparable between materials
-  /// Of a final result: the largest distance of a node from its place in a keyframe [m].
+  /// For a final result: the largest distance of a node from its place in a keyframe [m].
   double max_keyframe_error = 0;
-  /// Of a final result: power of the motion above half the Nyquist frequency, in [0, 1]
+  /// For a final result: power of the motion above half the Nyquist frequency, in [0, 1]
   /// (spacetime/motion_spectrum.h); nothing for a few frames.
   std::optional<double> high_frequency_share;
-  /// Of a final result: constraints that it stops short of, the worst first.
+  /// For a final result: constraints that it does not reach, the worst first.
   std::vector<spacetime::ConstraintMiss> out_of_reach;
   double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
-  Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
+  Eigen::MatrixXf coordinates;  // q, h x N (float32, as streamed); displacement [m] = B q
   int first_frame = 0;  // of the first column of coordinates and modal: 0 but in early frames
   std::shared_ptr<const ShownBasis> shown;  // B
   /// Energies, errors and frames are those of the full rotation-strain map; else of the reduced
   /// model.
   bool is_exact = false;
-  /// Of a coarse model that is shown until the session's own is built (FirstPicture): never final.
+  /// From a coarse model, until the session's own is built (FirstPicture): never final.
   bool is_first_picture = false;
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
@@ -86,26 +86,25 @@ struct BodyResult : ResultHeader {
   std::shared_ptr<const MotionCheck> motion_check;  // of kDone; null where it failed (see message)
   /// How many times the session had changed its modes: `modal` is in those of that time.
   int mode_changes = 0;
-  /// Of a final result, once it is checked: whether its modes are enough is being found out. An
-  /// amendment without this follows, or a better final result, unless an edit is quicker.
+  /// For a checked final result: a comparison of its modes is running. An amendment without this
+  /// follows, or a better final result, unless an edit is quicker.
   bool awaits_modes = false;
   /// The starts that were compared for it; nothing before, or where there was nothing to compare.
   std::optional<StartComparison> starts;
-  /// Of a final result, once it is checked: further starts are being tried. An amendment without
-  /// this follows, or a better final result, unless an edit is quicker.
+  /// For a checked final result: further starts are being tried. An amendment without this follows,
+  /// or a better final result, unless an edit is quicker.
   bool awaits_starts = false;
   /// Whether another result of this revision follows a checked one, unless an edit is quicker.
   [[nodiscard]] bool is_followed() const { return awaits_modes || awaits_starts; }
 };
 
-/// What was shown until the session's own model was built.
+/// The coarse model that was shown until the session's own was built.
 struct FirstPictureInfo {
   int modes = 0;          // elastic
   double error_mean = 0;  // of its shapes, relative, on held-out poses
 };
 
-/// What is published where a solve threw, for lack of anything better: the motion of `newest`, or
-/// rest where there is none.
+/// The result that is published if a solve threw: the motion of `newest`, or rest if there is none.
 [[nodiscard]] BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& model,
                                        std::shared_ptr<const ShownBasis> shown, int frame_count,
                                        const std::string& reason);
@@ -132,10 +131,10 @@ struct SessionOptions {
   int max_constraints = 4096;                       // >= 0
   std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
   std::size_t max_constraint_nodes = 4'000'000;     // named by all constraints together
-  /// Bodies of at least so many tets show a first picture while their model is built, >= 0: it
-  /// takes a tenth of smaller ones' builds, and these are done in a second anyway.
+  /// Bodies of at least so many tets show a first picture while their model is built, >= 0. For
+  /// smaller ones it takes a tenth of the build, and that takes less than a second anyway.
   int first_picture_tets = 4000;
-  /// Where the scene does not name r: how it is chosen, after final exact results; none: it stays
+  /// If the scene does not give r: how it is chosen, after final exact results; none: it stays
   /// ModelRequest::kDefaultModes.
   std::optional<ModeChoiceOptions> mode_choice;
   /// Whether final exact results are compared with optima from further starts, and which; none:
@@ -181,10 +180,10 @@ class BodySession {
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded,
   ///   kFailedPrecondition (nothing to undo or redo; the session is closed or has no model)
-  /// @param author  whose edits they are, see StepChoice
+  /// @param author  the author of the edits, see StepChoice
   EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected = {},
                    const Author& author = {});
-  /// What stands for all edits up to revision(), to begin at it elsewhere.
+  /// A checkpoint that replaces all edits up to revision(), to begin at it elsewhere.
   [[nodiscard]] Document::Checkpoint checkpoint() const;
   /// @throws Error as Document
   void demand_reachable(const Document::Checkpoint& checkpoint) const;
@@ -197,8 +196,8 @@ class BodySession {
   /// @param request  a number of the caller's, repeated by the results that contain this solve:
   /// a warm one may become final just when this is called
   void solve_cold(std::uint64_t request = 0);
-  /// Of a long motion these frames come early after every edit, as those near the edited
-  /// constraints do: BodyListener::on_early_frames(). The newest kViews spans count, each to
+  /// In long motions these frames come early after every edit, like those near the edited
+  /// constraints: BodyListener::on_early_frames(). The newest kViews spans count, each to
   /// kEarlyFrames.
   /// @throws Error{kOutOfRange} naming first_frame or frame_count
   void look_at(spacetime::FrameSpan frames);
@@ -216,17 +215,17 @@ class BodySession {
 
   [[nodiscard]] std::shared_ptr<const BodyResult> newest_result() const;  // null before the first
   [[nodiscard]] std::shared_ptr<const BodyResult> final_result() const;   // newest converged one
-  /// Of the newest result; null while building, until there is a first picture.
+  /// Geometry of the newest result; null while building, until there is a first picture.
   [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;
   /// The one whose basis has this hash, if it is among the last few; else null.
   [[nodiscard]] std::shared_ptr<const Geometry> geometry(const std::string& basis_hash) const;
   [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
-  /// What a person should know of the model: tolerance missed, mechanisms, sizes other than asked
-  /// for. Empty while building, or if there is nothing to say.
+  /// Remarks on the model for the user: tolerance missed, mechanisms, sizes other than requested.
+  /// Empty while building, or if there is nothing to say.
   [[nodiscard]] std::string model_message() const;
   [[nodiscard]] double build_seconds() const;   // 0 while building
   [[nodiscard]] bool model_from_cache() const;  // false while building
-  /// How many modes, and why; as far as it is known now.
+  /// The number of modes, and the reason, as far as it is known now.
   [[nodiscard]] ModeChoice mode_choice() const;
   /// Nothing: there was none.
   [[nodiscard]] std::optional<FirstPictureInfo> first_picture() const;

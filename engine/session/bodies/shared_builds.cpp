@@ -53,7 +53,7 @@ SharedBuilds::Model SharedBuilds::make_for_all(const std::string& key,
 
 SharedBuilds::Model SharedBuilds::wait_for(const std::shared_ptr<Build>& build,
                                            const JobContext& job) {
-  // Cancellations wake nobody: they are looked for.
+  // A cancellation wakes no waiting thread: it is polled.
   constexpr std::chrono::milliseconds kLook{20};
   const LentPlace lent;
   for (;;) {

@@ -12,14 +12,14 @@
 
 namespace limber::session {
 
-/// Models that several sessions want at once are made once: the first one makes it, the others wait
-/// for it, and one of them makes it where the first one is cancelled or fails. Thread-safe.
+/// Builds a model that several sessions need at once only once. The first session makes it and the
+/// others wait; if the first one is cancelled or fails, one of them makes it. Thread-safe.
 class SharedBuilds {
  public:
   using Model = std::shared_ptr<const reduced::ReducedModel>;
-  /// Makes the model. The context has the progress of whoever makes it, which others see, too.
+  /// Makes the model. The context has the maker's progress, which others see, too.
   using Make = std::function<Model(const JobContext& job)>;
-  /// Whether a model that somebody still has is given to who asks later.
+  /// Whether a model that is still in use is given to later callers.
   enum class Keep { kNone, kWhileInUse };
 
   explicit SharedBuilds(Keep keep) : keep_(keep) {}
@@ -34,7 +34,7 @@ class SharedBuilds {
                         const std::function<void()>& on_wait = {});
 
  private:
-  /// Of one that is being made.
+  /// A model that is being made.
   struct Build {
     std::condition_variable changed;
     std::string stage;

@@ -64,7 +64,7 @@ bodies::Loads map_loads(const scene::Simulation& simulation, const MappedBody& m
     for (const int node : force.nodes)
       mapped_force.nodes.push_back(mapped.compact_of_source.at(static_cast<std::size_t>(node)));
     const double last = frame_count - 1;
-    // What would begin after the last frame does nothing, for any end.
+    // A force that would begin after the last frame does nothing, for any end.
     const double until =
         std::isfinite(force.until_frame) ? force.until_frame : std::max(last, force.from_frame + 1);
     mapped_force.force = force.force;

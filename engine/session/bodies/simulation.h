@@ -18,7 +18,7 @@ struct SimulationReport {
   Eigen::VectorXd kinetic, elastic;  // energy at each frame [J]
   Eigen::VectorXd work;              // done by the loads from frame 0 on [J]
   /// Largest |kinetic + elastic - work - (the same in frame 0)| over the frames, relative to the
-  /// largest energy: what damping (or Euler's scheme) took, else the error of the scheme.
+  /// largest energy. It is the loss by damping (or Euler's scheme), else the error of the scheme.
   double energy_drift = 0;
   double smallest_volume_ratio = 1;  // of a tet to that at rest; below 0: turned inside out
   int smallest_frame = 0, smallest_tet = 0;

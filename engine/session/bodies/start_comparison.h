@@ -6,15 +6,15 @@ namespace limber::session {
 
 /// Which exact answers are compared with optima from further starts, and how many of these.
 struct StartSearchOptions {
-  int starts = 6;  // beside the motion that is shown, >= 1
+  int starts = 6;  // in addition to the shown motion, >= 1
   /// Targets must reach so far from rest [body lengths], >= 0: small motions have one optimum.
   double least_reach = 0.3;
   // Larger scenes are left alone, since a start would take minutes. All >= 0.
   int most_tets = 20'000;
   int most_frames = 5'000;
   int most_constraints = 24;
-  /// Of a search, in solves times frames times tets, >= 0: fewer orders are tried where all of them
-  /// are more. Ten times what 4 constraints in 129 frames of 2,000 tets take.
+  /// Limit of a search, in solves times frames times tets, >= 0: fewer orders are tried if all of
+  /// them exceed it. Ten times what 4 constraints in 129 frames of 2,000 tets take.
   std::int64_t most_work = 54'180'000;
 
   /// @throws Error{kInvalidArgument} naming the member, its value and the inequality

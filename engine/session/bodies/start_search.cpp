@@ -95,7 +95,7 @@ class StartSolver {
     return EndedStart{solver.motion(), report};
   }
 
-  /// The start whose end is best; the shown motion, which is first, where no other is clearly so.
+  /// The start with the best end; the first, the shown motion, unless another is clearly better.
   [[nodiscard]] std::size_t best_of(const std::vector<EndedStart>& ended) const {
     const spacetime::Solver solver = make_solver();
     std::size_t best = 0;

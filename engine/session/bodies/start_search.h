@@ -25,8 +25,8 @@ struct StartFinding {
 };
 
 /// Solves one problem with the full map from several starts: from rest, and with its constraints
-/// added one by one in several orders. Which ones depends on the problem alone, neither on clocks
-/// nor on what came before.
+/// added one by one in several orders. The choice of orders depends on the problem alone, neither
+/// on clocks nor on earlier solves.
 /// @throws Error{kCancelled}
 [[nodiscard]] StartFinding search_starts(const StartRequest& request,
                                          const spacetime::SolverOptions& solver,

@@ -106,7 +106,7 @@ void BodySession::Impl::begin_search(std::unique_lock<std::mutex>& lock) {
   search_.begin(lock, result, std::move(request), shared_from_this());
 }
 
-/// The final result again, with what was compared; a lower optimum in place of it.
+/// Publishes the final result again, with the compared optima, or a lower optimum in its place.
 void BodySession::Impl::adopt_start(const StartsFound& found) {
   searched_ = found.result->modal;
   searched_constraints_ = constraint_count();

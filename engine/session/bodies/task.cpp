@@ -120,7 +120,7 @@ void BodySession::Impl::solve(const Round& round) {
   const bool is_answered =
       read([&] { return final_ != nullptr && final_->revision == round.revision; });
   if (!known || is_answered) return solve_order(round);
-  // What undo and redo come back to is the very answer, not another one beside it.
+  // Undo and redo return the identical answer, not another one near it.
   solved_ = true;
   auto again = std::make_shared<BodyResult>(*known);
   again->check = Check::kPending;
@@ -175,7 +175,7 @@ std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Roun
   return is_of_other_modes ? nullptr : known;
 }
 
-/// What is of no size of this session is left out: the start is a guess.
+/// Parts with a size other than this session's are left out: the start is a guess.
 void BodySession::Impl::begin_in(const scene::StartMotion& start) {
   spacetime::Solver& solver = problem_->solver();
   const spacetime::Material& initial = *problem_->initial_material();
@@ -269,9 +269,8 @@ std::optional<spacetime::SolveReport> BodySession::Impl::solve_motion(const Roun
   return report;
 }
 
-/// Of a solve that no edit had asked for, a cold one: where it was cancelled or has found nothing
-/// better, the answer that the revision has already stays the newest, and the solver continues from
-/// it.
+/// For a cold solve that no edit has requested. If it was cancelled or has found nothing better,
+/// the existing answer to the revision stays the newest, and the solver continues from it.
 bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& ended) {
   using spacetime::SolveStatus;
   std::shared_ptr<const BodyResult> answer, newest;

@@ -5,9 +5,9 @@
 
 namespace limber::session {
 
-/// Weights that meet Scene::constraint_tolerance. A constraint is missed by its multiplier over its
-/// weight, so ten times the weight is about a tenth of the error: powers of ten are enough to look
-/// for, and one that leaves a twentieth of the tolerance is one too many.
+/// Weights that meet Scene::constraint_tolerance. The error of a constraint is its multiplier over
+/// its weight, so ten times the weight gives about a tenth of the error. Therefore only powers of
+/// ten are tried, and one that leaves a twentieth of the tolerance is one too many.
 inline constexpr double kGreatestWeightScale = 1e6;
 
 /// @param missed  largest error of a constraint [scene length unit]

@@ -16,10 +16,10 @@
 
 namespace limber::session {
 
-/// What is found out about final results on a task of its own, beside the session's task, which
-/// publishes it so that results keep their order. Newer edits interrupt it. Its state belongs to
-/// the owner's mutex: "with the lock" means that one.
-/// @tparam Request  what is to be looked at, besides the result itself or with it
+/// Checks final results on a task of its own, next to the session's task, which publishes the
+/// findings so that results keep their order. Newer edits interrupt it. Its state belongs to the
+/// owner's mutex: "with the lock" means that one.
+/// @tparam Request  the subject of the check, in addition to the result itself or containing it
 template <class Result, class Finding, class Request = std::shared_ptr<const Result>>
 class BackgroundCheck {
  public:
@@ -130,7 +130,7 @@ class BackgroundCheck {
   const std::function<void()> on_found_;
   const Urgency urgency_;
   // With the lock:
-  std::uint64_t begun_for_ = 0;     // sequence of the result whose check was begun; 0: none
+  std::uint64_t begun_for_ = 0;     // sequence of the result under check; 0: none
   Cancellation cancellation_;       // of that check
   std::optional<Waiting> waiting_;  // begun, and not taken by the task yet
   std::optional<Found> found_;

@@ -16,7 +16,7 @@
 
 namespace limber::session {
 
-/// What every document demands of a request, before it looks at the edits.
+/// Conditions that every document sets on a request, before it reads the edits.
 /// @param count  of edits
 /// @param expected  the revision that the client saw last, where it wants to be refused if there
 /// are newer ones
@@ -49,9 +49,9 @@ struct PreparedEdits {
 };
 
 /// Tries edits on copies of a document's values; the document does not change.
-/// @param begin  makes a request on a fresh copy: apply(edit), which throws where it refuses and
-///   returns the id of what it touched (or nothing: 0), finish(), which gives the values or throws
-///   where the edits together are not valid, and take_warnings()
+/// @param begin  makes a request on a fresh copy. Its apply(edit) throws if it refuses, otherwise
+///   returns the id of the edited item (or nothing: 0). Its finish() gives the values or throws if
+///   the edits together are not valid. It also has take_warnings().
 /// @throws Error as demand_request and, for the first edit that is refused, as try_edits
 template <class Edit, class Begin>
 [[nodiscard]] auto prepare_edits(const std::vector<Edit>& edits, std::optional<Revision> expected,

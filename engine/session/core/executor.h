@@ -6,17 +6,20 @@
 
 namespace limber::session {
 
-/// Who waits for a task: somebody who edits and sees nothing of it yet; somebody who sees a first
-/// answer and waits for the final one; or nobody that close (first solves, checks, fits; the first
-/// patient task of a session is its build); or nobody, for as long as a build may take or longer
-/// (designs, other numbers of modes); or nobody who has asked for it (further starts). An executor
-/// lets the first go before the second, and that before the others, of which long ones leave a
-/// place to the patient, and idle ones of all sessions go one after the other.
+/// How urgent a task is:
+/// - kPrompt: a client edits and sees no answer yet
+/// - kRefining: a client sees a first answer and waits for the final one
+/// - kPatient: first solves, checks, fits; the first patient task of a session is its build
+/// - kLong: may take as long as a build or longer (designs, other numbers of modes)
+/// - kIdle: no client has requested it (further starts)
+///
+/// An executor runs the first kind before the second, and that before the others. Long tasks leave
+/// a place to patient ones, and the idle tasks of all sessions run one after the other.
 enum class Urgency { kPrompt, kRefining, kPatient, kLong, kIdle };
 
-/// Runs a task later on some thread. A session posts at most one task at a time, and those of
-/// bodies and linkages one that checks final results besides, then those of bodies one that
-/// compares numbers of modes.
+/// Runs a task later on some thread. A session posts at most one task at a time. Sessions of bodies
+/// and linkages post one more that checks final results, and those of bodies a third that compares
+/// numbers of modes.
 class Executor {
  public:
   using Task = std::function<void()>;

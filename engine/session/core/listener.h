@@ -24,7 +24,7 @@ class Listener {
   /// Whether anybody would see early frames.
   [[nodiscard]] virtual bool wants_early_frames() { return false; }
   /// Spans of frames of the result that comes next, before it is whole: without a sequence number.
-  /// Of long motions, where they are wanted.
+  /// Only for long motions, if the listener accepts them.
   virtual void on_early_frames(const std::vector<std::shared_ptr<const Result>>& /*parts*/) {}
 };
 

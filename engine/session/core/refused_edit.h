@@ -9,11 +9,11 @@
 
 namespace limber::session {
 
-/// Runs `attempt(count, taken)`, which takes so many edits from the first on, counts those it has
-/// taken in `taken` and throws where one cannot be taken or where they together are not valid. What
-/// is thrown from here names the edit that made them so: the one that cannot be taken, or the last
-/// of a beginning that is refused while the one without it is not. An edit that cannot be taken
-/// costs two attempts, one that makes the others invalid as many as halving takes.
+/// Runs `attempt(count, taken)`, which applies the first `count` edits and counts the applied ones
+/// in `taken`. It throws if one of them cannot be applied or if they together are not valid. Errors
+/// thrown from here name the edit at fault: the one that cannot be applied, or the last of the
+/// shortest beginning that is refused. An edit that cannot be taken costs two attempts, one that
+/// makes the others invalid as many as halving takes.
 /// @throws Error with field "edits[i]" and, behind a dot, the field of the attempt's error
 template <class Attempt>
 void try_edits(std::size_t count, const Attempt& attempt) {

@@ -6,7 +6,7 @@
 
 namespace limber::session {
 
-/// What every published result says, for sessions of every kind.
+/// Members of every published result, for sessions of every kind.
 struct ResultHeader {
   Revision revision = 0;       // every edit up to and including this one is in it
   std::uint64_t sequence = 0;  // counts published results of the session from 1, or as

@@ -77,7 +77,7 @@ void SerialTask::give(std::unique_lock<std::mutex> lock, std::function<void()> r
   } catch (...) {
     reason = "unknown exception";
   }
-  // What was accepted stays accepted; the next call tries again.
+  // Accepted edits stay accepted; the next call tries again.
   lock.lock();
   posted_ = false;
   message = fmt::format("the executor took no task: {}", reason);
@@ -103,7 +103,7 @@ void SerialTask::close(std::unique_lock<std::mutex> lock, CloseNotification noti
                        Wait wait) {
   closed_ = true;
   if (notification == CloseNotification::kSent) is_close_reported_ = true;
-  // Called from a listener, by the task itself: it ends, and says so, once the listener has
+  // Called from a listener, by the task itself: it ends, and reports it, after the listener has
   // returned.
   if (is_current() || (running_ && wait == Wait::kNone)) return;
   idle_.wait(lock, [&] { return !running_; });

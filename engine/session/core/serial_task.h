@@ -38,8 +38,8 @@ class SerialTask {
   }
 
   /// Sees to it that `run` is called, unless it is pending already or all is closed. Takes the
-  /// lock, leaves without it. What the executor does not take or drops is posted again by the next
-  /// call. One that waits as a patient task and has become urgent is posted anew.
+  /// lock, leaves without it. If the executor refuses or drops a task, the next call posts it
+  /// again. One that waits as a patient task and has become urgent is posted anew.
   /// @param run  begins with begin() and ends with finish(); keeps the owner alive
   /// @param message  gets the reason where the executor took nothing, with the lock
   void post(std::unique_lock<std::mutex> lock, std::function<void()> run, std::string& message,

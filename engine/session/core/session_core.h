@@ -22,13 +22,13 @@
 
 namespace limber::session {
 
-/// What is the same in sessions of every kind: the lock, the task, revisions and rounds,
+/// The common part of sessions of every kind: the lock, the task, revisions and rounds,
 /// interruption by newer edits, cancellation, publication, and the end. A kind brings a document
 /// and a solver.
 ///
-/// Two halves: what any thread may touch, under mutex_, never for longer than it takes to copy a
-/// few values; and what only the task touches, without a lock, since at most one task exists at a
-/// time.
+/// It has two halves. One is shared by all threads under mutex_, which is never held for longer
+/// than it takes to copy a few values. The other belongs to the task alone, without a lock, since
+/// at most one task exists at a time.
 ///
 /// The session's task: build() once, then rounds as long as there is something to solve, then
 /// do_other_work() as long as that finds any.
@@ -133,12 +133,11 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
 
   // What a kind implements.
 
-  /// The task's: makes the solver. @returns its remarks. What it throws fails the
-  /// build.
+  /// The task's: makes the solver. @returns its remarks. An exception fails the build.
   virtual std::string build(const JobContext& job) = 0;
   /// With the lock: what the document says now. Rounds after this one see later edits only.
   virtual Order take_order() = 0;
-  /// The task's: solves and publishes. What it throws is for solve_failed().
+  /// The task's: solves and publishes. Its exceptions are passed to solve_failed().
   virtual void solve(const Round& round) = 0;
   /// The task's: puts the solver right after solve() or solve_rest() threw, and publishes a failed
   /// result.
@@ -152,8 +151,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   virtual bool must_finish(const Order& /*order*/) const { return false; }
   /// With the lock, called by edits: the running round is out of date.
   virtual void interrupt_round() { round_.request(); }
-  /// With the lock, the task's, when nothing is to be solved: takes the lock along and does one
-  /// thing without it. @returns false, and the lock is held, where there is nothing to do
+  /// The task's, with the lock, when nothing is to be solved: takes over the lock and does one
+  /// thing without it. @returns false, with the lock held, if there is nothing to do
   virtual bool do_other_work(std::unique_lock<std::mutex>& /*lock*/) { return false; }
   /// With the lock: of what do_other_work() would do, where that is long.
   [[nodiscard]] virtual std::optional<Urgency> urgency_of_other_work() const { return {}; }
@@ -183,7 +182,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     }
   }
 
-  /// One edit: `prepare` without the lock, beside readers and the task; `commit` with it.
+  /// One edit: `prepare` without the lock, in parallel to readers and the task; `commit` with it.
   /// @returns what `commit` returns
   template <class Prepare, class Commit>
   EditReceipt change(const Prepare& prepare, const Commit& commit) {
@@ -254,16 +253,16 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     const std::lock_guard lock(mutex_);
     if (std::exchange(is_finishing_, false) && has_work_) interrupt_round();
   }
-  /// The task's, the last deed of solve(): a first answer is published, and solve_rest() does what
-  /// is left of the round, unless an edit comes first. Sessions that share few cores show all their
-  /// first answers before they refine any.
+  /// The task's, the last step of solve(): a first answer is published, and solve_rest() finishes
+  /// the round, unless an edit comes first. Sessions that share few cores show all their first
+  /// answers before they refine any.
   void leave_rest(const Round& round) {
     const std::lock_guard lock(mutex_);
     rest_ = round;
     rest_->is_rest = true;
   }
-  /// The task's: whether a round that ended cancelled was so for a newer edit, which continues from
-  /// what was reached.
+  /// The task's: whether a round was cancelled for a newer edit, whose solve continues from the
+  /// last iterate.
   [[nodiscard]] bool is_out_of_date() const {
     return read([this] { return task_.is_closed() || (has_work_ && !is_finishing_); });
   }
@@ -341,8 +340,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
  private:
   static constexpr std::chrono::milliseconds kProgressInterval{20};  // between reports of a stage
 
-  /// With the lock, of what is to be done next: nobody waits for a build and for what was opened
-  /// as somebody does who edits. Nothing where there is nothing long to do.
+  /// With the lock, the urgency of the next work: a build and the first solve of an opened session
+  /// are less urgent than edits. Nothing where there is nothing long to do.
   [[nodiscard]] std::optional<Urgency> next_urgency() const {
     if (state_ != State::kReady) return Urgency::kPatient;
     const bool is_edited = document_revision() > 0;
@@ -351,7 +350,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     if (rest_) return is_edited ? Urgency::kRefining : Urgency::kPatient;
     return urgency_of_other_work();
   }
-  /// With the lock: what is to be done next has another urgency than the task that runs.
+  /// With the lock: the next work has another urgency than the task that runs.
   [[nodiscard]] bool is_for_another_task() const {
     const auto urgency = next_urgency();
     return !task_.is_closed() && urgency && task_.would_change(*urgency);
@@ -367,7 +366,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     try {
       if (!is_built_ && !try_to_build()) return;
       while (const std::optional<Round> round = next_round()) work(*round);
-    } catch (...) {  // out of memory between rounds: what was accepted waits for the next call
+    } catch (...) {  // out of memory between rounds: accepted edits wait for the next call
       std::unique_lock lock(mutex_);
       has_work_ = true;
       note_lost_round();
@@ -395,7 +394,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     }
     set_state(State::kFailed, message);
     std::unique_lock lock(mutex_);
-    const bool again = state_ == State::kBuilding && !task_.is_closed();  // asked for meanwhile
+    const bool again = state_ == State::kBuilding && !task_.is_closed();  // requested meanwhile
     task_.finish(std::move(lock));
     if (again) post(std::unique_lock(mutex_));
     return false;

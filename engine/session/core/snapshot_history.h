@@ -13,7 +13,7 @@
 
 namespace limber::session {
 
-/// The steps of a document that keeps whole values: what holds now, what undo and redo go back to.
+/// The steps of a document that stores whole values: the current value and those of undo and redo.
 /// Values are shared, so that a step that is come back to is the very same object.
 template <class ValueOfDocument>
 class SnapshotHistory {
@@ -38,15 +38,15 @@ class SnapshotHistory {
   [[nodiscard]] const Parts& parts() const { return parts_; }
 
   [[nodiscard]] const Snapshot& now() const { return parts_.now; }
-  /// What undo goes back to, the newest last.
+  /// The steps of undo, the newest last.
   [[nodiscard]] const std::deque<Snapshot>& undo_steps() const { return parts_.undo; }
   [[nodiscard]] std::size_t undo_count() const { return parts_.undo.size(); }
   [[nodiscard]] std::size_t redo_count() const { return parts_.redo.size(); }
-  /// Of the step of undo of this age; 0: the newest.
+  /// Note of the undo step of this age; 0: the newest.
   [[nodiscard]] const StepNote& note(std::size_t age) const {
     return at_age(parts_.undo_notes, age);
   }
-  /// Of what redo would bring back; null: nothing.
+  /// Note of the step that redo would restore; null: nothing.
   [[nodiscard]] const StepNote* redo_note() const {
     return parts_.redo_notes.empty() ? nullptr : &parts_.redo_notes.back();
   }
@@ -55,8 +55,8 @@ class SnapshotHistory {
     return age == 0 ? *parts_.now : *at_age(parts_.undo, age - 1);
   }
 
-  /// A step of undo; what could be redone is gone. The oldest steps go where there are more than
-  /// `depth`, or more than `bytes` of them by `bytes_of`; the newest stays at any size.
+  /// Adds a step of undo and discards the steps of redo. The oldest steps go where there are more
+  /// than `depth`, or more than `bytes` of them by `bytes_of`; the newest stays at any size.
   /// @param note  gets its number here
   template <class BytesOf>
   void step_to(Value next, int depth, std::size_t bytes, const BytesOf& bytes_of,
@@ -106,7 +106,7 @@ class SnapshotHistory {
   Parts parts_;
 };
 
-/// Of Parts. @throws Error{kInvalidArgument} for members that do not fit each other, more steps
+/// From Parts. @throws Error{kInvalidArgument} for members that do not fit each other, more steps
 /// than undo is deep, and notes with numbers that were not given
 template <class Parts>
 void demand_history(const Parts& parts, int undo_depth) {

@@ -21,7 +21,7 @@ Error nothing_own(const char* what, bool had_any, const StepNote* next) {
                                         next->author))};
 }
 
-/// Edits of nobody in particular are everybody's, and so no one's here.
+/// Edits without an author belong to all authors, and so to none here.
 bool has_any_of(const std::vector<StepNote>& notes, const Author& author) {
   return std::any_of(notes.begin(), notes.end(),
                      [&](const StepNote& note) { return note.author == author; });

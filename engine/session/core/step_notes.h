@@ -9,11 +9,11 @@
 
 namespace limber::session {
 
-/// Who makes edits, in a name that is the caller's business. Empty: not told; such steps are
+/// The author of edits, by a name that the caller chooses. Empty: not told; such steps are
 /// everybody's.
 using Author = std::string;
 
-/// What is known of a step of undo besides its values.
+/// The note of an undo step, besides its values.
 struct StepNote {
   Author author;
   std::uint64_t number = 0;      // of its document, never given again
@@ -24,12 +24,12 @@ struct StepNote {
 /// @throws Error{kInvalidArgument, "last_number"} for one that was not given by it
 void demand_step_given(const StepNote& note, std::uint64_t last);
 
-/// Which step an Undo or Redo is about where several authors edit: their steps stand on each other,
-/// and a step below those of others is taken back by a new one on top.
+/// Chooses the step of an Undo or Redo if several authors edit. Their steps depend on each other,
+/// so a step below those of others is taken back by a new one on top.
 ///
 /// A step *stands* unless a later one that stands takes it back. Undo is about the author's newest
-/// step that stands and takes nothing back; redo about the newest that takes such a one back, with
-/// no newer edit of the author.
+/// step that stands and takes nothing back. Redo is about the newest that takes such a one back,
+/// with no newer edit of the author.
 class StepChoice {
  public:
   using NoteAt = std::function<const StepNote&(std::size_t age)>;
@@ -39,13 +39,13 @@ class StepChoice {
   /// @param author  not empty
   StepChoice(std::size_t count, const NoteAt& note, Author author);
 
-  /// @returns the age of the step; nothing: the newest, which is the author's own edit, is undone
-  /// as it is
+  /// @returns the age of the step; nothing: the newest, which is the author's own edit, is simply
+  /// undone
   /// @throws Error{kFailedPrecondition} where none is the author's
   [[nodiscard]] std::optional<std::size_t> to_undo() const;
   /// @param newest  that was undone as it was; null: none
-  /// @returns the age of the step that is taken back; nothing: the newest that was undone is
-  /// brought back as it is, or there is none
+  /// @returns the age of the step that is taken back; nothing: the newest undone step is simply
+  /// restored, or there is none
   /// @throws Error{kFailedPrecondition} where none is the author's
   [[nodiscard]] std::optional<std::size_t> to_redo(const StepNote* newest) const;
   /// Edits of others that stand above a step.
@@ -61,7 +61,7 @@ class StepChoice {
   const Author author_;
 };
 
-/// @throws Error{kFailedPrecondition} naming what was changed since, and by whom
+/// @throws Error{kFailedPrecondition} naming the change since, and its author
 [[noreturn]] void refuse_to_take_back(const std::string& what, const Author& since);
 
 }  // namespace limber::session

@@ -12,11 +12,11 @@
 
 namespace limber::session {
 
-/// Takes one step back out of what holds now, though others came after it: what the step changed
-/// gets its value from before, where nobody has changed it since.
+/// Takes one step back out of the current value although others came after it. Each value that the
+/// step changed is reset, unless another author has changed it since.
 class TakingBack {
  public:
-  /// @param since  who made edits after it, for messages
+  /// @param since  author of the later edits, for messages
   explicit TakingBack(Author since) : since_(std::move(since)) {}
 
   /// @param what  for messages: "gravity"

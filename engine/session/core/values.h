@@ -23,7 +23,7 @@ struct EditReceipt {
   Revision revision = 0;
   std::vector<std::uint64_t> constraint_ids;  // per edit: the constraint it touched, 0 if none
   std::vector<std::uint64_t> keyframe_ids;    // the same of keyframes
-  /// Warnings: what was accepted but has no effect as things are after the last edit. Fields are
+  /// Warnings: accepted edits that have no effect in the state after the last edit. Fields are
   /// "edits[i]....".
   std::vector<scene::Issue> issues;
 };

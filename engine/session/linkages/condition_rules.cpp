@@ -11,7 +11,7 @@
 namespace limber::session {
 namespace {
 
-// Of what is drawn: the range that rest lengths of least stress are looked for in.
+// As a share of the drawn lengths: the search range for rest lengths of least stress.
 constexpr double kShortest = 0.1;
 constexpr double kLongest = 10;
 

@@ -14,9 +14,9 @@
 
 namespace limber::session {
 
-/// What conditions must obey that more is needed for than their numbers: how far away targets and
-/// pins are, how far pins are apart, what rest lengths leave of segments between their joints, and
-/// how many edges there are.
+/// Rules on conditions that need more than their numbers: how far away targets and pins are, how
+/// far pins are apart, how much of a segment its rest lengths leave between joints, and the number
+/// of edges.
 class ConditionRules {
  public:
   /// @param length_unit  of the graph [m], for messages
@@ -34,9 +34,9 @@ class ConditionRules {
   /// @throws Error as rods::validate(StateNumbers); {kOutOfRange, "positions"} for a shape that is
   /// as far away as no target may be
   void check_shape(const rods::StateNumbers& shape) const;
-  /// What one answer takes at most that undo comes back to. Two shapes, since an answer that failed
-  /// keeps the last that was reached, too: of each, 56 bytes for each vertex of a segment, 104 for
-  /// each joint, 8 for each rest length of segments and edges and each scale, and 1 KiB.
+  /// Upper bound on the memory of one answer that undo returns to. It covers two shapes, since a
+  /// failed answer keeps the last reached one. Each takes 56 bytes for each vertex of a segment,
+  /// 104 for each joint, 8 for each rest length of segments and edges and each scale, and 1 KiB.
   [[nodiscard]] std::size_t answer_bytes() const;
 
  private:

@@ -11,7 +11,7 @@
 
 namespace limber::session {
 
-/// What clients want of the design of a session, and what it has come to. Its state belongs to the
+/// The requests of clients for the design of a session, and its results. Its state belongs to the
 /// owner's mutex: "with the lock" means that one. There is at most one running design.
 class DesignJob {
  public:
@@ -31,7 +31,7 @@ class DesignJob {
   [[nodiscard]] bool is_stopping() const { return is_active() && stop_.requested(); }
   /// @throws Error{kFailedPrecondition} while one is running
   void begin(DesignRequest request, std::uint64_t tag);
-  /// Refused: what was wanted before stays, also what the design has not seen yet.
+  /// If refused, the earlier change stays, even if the design has not read it yet.
   /// @param joints  3 x joints, where the linkage is [length]
   /// @throws Error{kFailedPrecondition} where none is running; as DesignGoal::validate and
   /// demand_near

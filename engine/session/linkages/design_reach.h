@@ -6,7 +6,7 @@
 
 namespace limber::session {
 
-/// Distances whose squares drown everything else are mistakes of units or origins.
+/// Larger distances, whose squares dominate all other terms, are mistakes of units or origins.
 /// @param joints  positions of the deployed linkage's
 /// @throws Error{kOutOfRange} with fields targets[i].position, surface
 void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints);

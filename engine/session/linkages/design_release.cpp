@@ -14,7 +14,7 @@
 namespace limber::session {
 namespace {
 
-// What two shapes that are the same may differ by.
+// Tolerances within which two shapes count as equal.
 constexpr double kAngle = 1 * kDegree;  // of a joint's opening
 constexpr double kDistance = 0.01;      // of a joint from the middle, of the farthest one's
 

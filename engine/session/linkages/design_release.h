@@ -8,16 +8,17 @@
 
 namespace limber::session {
 
-/// Says so where what is to lie flat rises much as the deployed shape does: over the plane nearest
-/// to its joints by more than a hundredth of the linkage's size, and a quarter of what that rises.
+/// Reports a flat shape that rises much in its deployed state. Its joints rise over their nearest
+/// plane by more than a hundredth of the linkage's size, and by a quarter of the deployed rise.
 /// @param length_scale  the linkage's size [length]
 [[nodiscard]] std::string describe_flatness(const rods::LinkageModel& model,
                                             const rods::DesignPoint& point, double length_scale);
 
-/// A flat linkage of bent rods has several equilibria, and a design follows one: releases what
-/// holds its deployed shape, step by step (rods::deploy), and checks whether it reaches that one.
+/// A flat linkage of bent rods has several equilibria, and a design follows one. Releases the
+/// supports of its deployed shape step by step (rods::deploy) and checks whether it reaches that
+/// one.
 /// @param model           with the sizes of the point
-/// @param flat, deployed  what holds its shapes
+/// @param flat, deployed  conditions that hold its shapes
 /// @returns what to tell; empty where it falls to the flat shape, or the caller cancels
 [[nodiscard]] std::string describe_release(const rods::LinkageModel& model,
                                            const rods::Conditions& flat,
@@ -26,14 +27,13 @@ namespace limber::session {
 
 /// Says so where a shape that is flat, held at a mean angle, rises by more than a hundredth of the
 /// linkage's size when all of its angles are released.
-/// @param flat  what holds the flat shape; where that is no mean angle, nothing is reported
+/// @param flat  conditions that hold the flat shape; without a mean angle, nothing is reported
 [[nodiscard]] std::string describe_springing_up(const rods::LinkageModel& model,
                                                 const rods::Conditions& flat,
                                                 const rods::DesignPoint& point, double length_scale,
                                                 const JobContext& job);
 
-/// Says so where the deployed shape lies in a plane: by symmetry nothing that is varied brings it
-/// out of that.
+/// Reports a deployed shape that is plane: by symmetry no variable moves it out of its plane.
 [[nodiscard]] std::string describe_plane(const rods::LinkageModel& model,
                                          const rods::DesignPoint& point, double length_scale);
 

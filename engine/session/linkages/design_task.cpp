@@ -38,7 +38,7 @@ bool is_taken_at_once(const DesignInfo& info) {
   return (is_optimum(info) || info.end == DesignEnd::kIterationLimit) && info.best.holds;
 }
 
-/// Of one that would have ended by itself in the next moment, too.
+/// Also stops a design that would have ended by itself in the next moment.
 void be_stopped(DesignInfo& info) {
   if (info.end == DesignEnd::kStopped) return;
   info.end = DesignEnd::kStopped;
@@ -62,7 +62,7 @@ DesignStart start_of(const LinkageResult& result) {
           result.statics->by_edges()};
 }
 
-/// What brings a candidate's sizes, as one step of undo.
+/// Edits that apply a candidate's sizes, as one step of undo.
 std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate,
                                   const std::shared_ptr<const scene::LinkageErection>& erection) {
   std::vector<LinkageEdit> edits;
@@ -108,7 +108,7 @@ void append_sentence(std::string& message, const std::string& part) {
   message += part;
 }
 
-/// What derivatives are not known under.
+/// Conditions under which derivatives are not known.
 void demand_unloaded(const scene::LinkageConditions& conditions) {
   const auto refuse = [](const char* field, const char* message) {
     throw Error(ErrorCode::kFailedPrecondition, field, message);
@@ -164,7 +164,7 @@ void LinkageSession::Impl::change_design(const DesignChange& change) {
   design_.change(change, joints);
 }
 
-/// Called with the lock. Who asks from now on sees the shape the session goes back to.
+/// Called with the lock. From now on, readers get the shape that the session returns to.
 void LinkageSession::Impl::stop_design() {
   design_.stop_any();
   if (design_.is_running() && !design_.info()->taken) newest_ = final_;
@@ -225,8 +225,8 @@ void LinkageSession::Impl::publish_design(const LiveDesign* design, const Design
   publish_if(std::move(result), [this] { return !design_.is_stopping(); });
 }
 
-/// Says how it stands, waits while it is paused, and brings the design what clients want from now
-/// on. @returns whether that is another goal
+/// Publishes its progress, waits while it is paused, and passes new requests of clients to the
+/// design. @returns whether the goal has changed
 bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
                                          const DesignRound& round) {
   bool changed = false;
@@ -290,7 +290,7 @@ void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
       [&](const rods::DesignReport& report) { end_search(design, info, round, report); });
 }
 
-/// What is taken brings it: it is known before the design ends. A stop interrupts the search.
+/// An accepted design includes the erection, so it is found first. A stop interrupts the search.
 void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignRound& round,
                                          DesignInfo& info) {
   if (info.end == DesignEnd::kStopped) return;
@@ -310,7 +310,7 @@ void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignR
 /// Ends the design, unless clients want it to continue to another goal by now: then that is set.
 void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
                                       const DesignRound& round, const rods::DesignReport& report) {
-  if (design.go_to_best()) {  // what is seen last is what there is to take
+  if (design.go_to_best()) {  // the last published shape is the one that can be taken
     note_terms(design, info);
     publish_design(&design, info, round);
   }
@@ -361,8 +361,8 @@ std::shared_ptr<LinkageResult> LinkageSession::Impl::shape_from_before() const {
   return result;
 }
 
-/// What is taken is in the document in the same breath as edits are allowed again; where nothing
-/// is, the session has its shape back in that breath. Who asked for a stop before it is obeyed.
+/// Under the same lock, edits are allowed again, and either the taken design enters the document or
+/// the session gets its shape back. A stop that was requested earlier is obeyed.
 /// @param info  as it would end; gets the end it has come to
 /// @returns false, and the design continues, where it would end by itself and clients wanted a
 /// pause or another goal before

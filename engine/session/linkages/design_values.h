@@ -18,8 +18,8 @@
 
 namespace limber::session {
 
-/// What the linkage of a session is designed for; see rods::DesignCriteria for the objective.
-/// Lengths and positions in the scene's unit.
+/// The goal of a design of a session's linkage; see rods::DesignCriteria for the objective. Lengths
+/// and positions in the scene's unit.
 struct DesignGoal {
   double flat_share = 0.9;       // gamma, in [0, 1]
   double distance_weight = 1e5;  // beta, >= 0
@@ -27,7 +27,7 @@ struct DesignGoal {
   std::vector<rods::JointTarget> targets;
   std::shared_ptr<const rods::TargetSurface> surface = {};  // null: none
   rods::SurfacePlacement placement = {};                    // of the surface
-  /// Of each joint's distance to the surface, beside surface_weight, >= 0; empty: all 1.
+  /// Weights of each joint's distance to the surface, times surface_weight, >= 0; empty: all 1.
   Eigen::VectorXd joint_surface_weights = {};
 
   /// The surface where it is to be; null: none.
@@ -51,11 +51,11 @@ struct DesignRequest {
   /// Rest lengths stay between these shares of those of the start; 0 < shortest < 1 < longest.
   double shortest = 0.5;
   double longest = 2;
-  /// Root mean square height of the flat linkage's joints over their plane that is allowed, as a
-  /// share of its extent, > 0; nothing: a fifth more than at the start, and a thousandth.
+  /// Allowed root mean square height of the flat linkage's joints over their plane, as a share of
+  /// its extent, > 0; nothing: 1.2 times the height at the start, plus a thousandth.
   std::optional<double> flat_height = {};
-  /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi); nothing: a tenth
-  /// of what it is at the start where that lies open, by more than 0.02, else none.
+  /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi). Nothing: a tenth
+  /// of the angle at the start if that is open by more than 0.02, else none.
   std::optional<double> smallest_angle = {};
   int max_iterations = 200;
   /// Bounds of each rest length that is varied [length], of segments or of edges, in place of the
@@ -73,8 +73,8 @@ struct DesignRequest {
   /// Points of the placed surface, 3 x joints, as rods::StartingGrid has them: the surface is put
   /// where these are nearest to the joints of the deployed linkage. Empty: it stays where it is.
   Eigen::Matrix3Xd fitted_points = Eigen::Matrix3Xd(3, 0);
-  /// Mean opening angle that the flat shape is held at [rad], in (-pi, pi); nothing: it is not
-  /// held, but for linkages that deploy without stress, which are as they lie.
+  /// Mean opening angle at which the flat shape is held [rad], in (-pi, pi). Nothing: it is not
+  /// held, except for linkages that deploy without stress, which keep their angle.
   std::optional<double> flat_angle = {};
   /// The deployed linkage's cells have at least this share of the area that they have at the start,
   /// or of the surface's where that is less, in [0, 1]. Means nothing without a surface.
@@ -82,12 +82,12 @@ struct DesignRequest {
 
   /// @param start  with its sizes, which it begins with
   /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members,
-  /// {kFailedPrecondition} with field variables where lengths of segments are to be varied of a
-  /// linkage whose edges have lengths of their own
+  /// {kFailedPrecondition} with field variables if lengths of segments are varied in a linkage
+  /// whose edges have lengths of their own
   void validate(int joints, const DesignStart& start) const;
 };
 
-/// What is to change while a design is running; what is absent stays.
+/// Changes to a running design; absent members stay.
 struct DesignChange {
   std::optional<double> flat_share, distance_weight, surface_weight;
   std::optional<std::vector<rods::JointTarget>> targets;              // all of them
@@ -98,7 +98,7 @@ struct DesignChange {
   void apply_to(DesignGoal& goal) const;
 };
 
-/// What one pair of equilibria is worth.
+/// Terms of the objective for one pair of equilibria.
 struct DesignTerms {
   double objective = 0;        // J
   double flat_energy = 0;      // [N length unit]
@@ -128,7 +128,7 @@ enum class DesignEnd {
   kFailed,   // it could not begin, or not continue
 };
 
-/// What has come of a design's trials so far.
+/// Outcomes of a design's trials so far.
 struct DesignTrials {
   int refused = 0;       // they gained too little
   int not_believed = 0;  // an equilibrium was lost, or lay on another branch
@@ -145,9 +145,9 @@ struct OtherOptimum {
   rods::DesignDifference difference;
 };
 
-/// A design as it stands: immutable, shared between threads.
+/// The state of a design: immutable, shared between threads.
 struct DesignInfo {
-  std::uint64_t tag = 0;  // what whoever asked for it calls it
+  std::uint64_t tag = 0;  // a number that the client chose
   DesignState state = DesignState::kStarting;
   DesignEnd end = DesignEnd::kNone;
   int iteration = 0;
@@ -157,8 +157,8 @@ struct DesignInfo {
   double flat_height_allowed = 0;
   std::optional<double> smallest_angle_allowed;
   DesignTerms start, now;
-  /// Of least objective among those that keep all constraints; where none does, the one that is
-  /// nearest to. Counted anew when the goal changes.
+  /// The best terms: of least objective among those that keep all constraints; if none does, those
+  /// with the smallest violation. Counted anew when the goal changes.
   DesignTerms best;
   int best_iteration = 0;
   std::vector<int> at_bound;      // rest lengths that are varied; of a design that ended by itself
@@ -169,18 +169,18 @@ struct DesignInfo {
   rods::BucklingGuard guard = rods::BucklingGuard::kWhenNeeded;
   DesignTrials trials;
   std::vector<OtherOptimum> other_optima;  // of a design that has ended by itself
-  ErrorCode fault = ErrorCode::kInternal;  // of one that failed, beside message and fault_field
+  ErrorCode fault = ErrorCode::kInternal;  // of a failed design, with message and fault_field
   std::optional<double> flat_angle = {};   // that the flat shape is held at [rad]
   double least_cover = 0;                  // that is required, see DesignRequest
-  /// Of the best, where the design has ended; it says where none was found, and why. Null: none was
-  /// looked for.
+  /// The erection of the best design, after the design has ended; if none was found, it gives the
+  /// reason. Null: none was looked for.
   std::shared_ptr<const scene::LinkageErection> erection = {};
 };
 
 /// Marks that no way to open is known.
 [[nodiscard]] std::shared_ptr<const scene::LinkageErection> without_erection(
     const std::string& reason);
-/// What is taken with a design: its erection, or the mark that none was searched for.
+/// The erection that is stored with a design, or the mark that none was searched for.
 [[nodiscard]] std::shared_ptr<const scene::LinkageErection> erection_of(const DesignInfo& info);
 
 /// Sizes of rods that can be taken, and the equilibrium that was found with them.

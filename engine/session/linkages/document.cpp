@@ -296,7 +296,7 @@ class LinkageDocument::Request {
     return id;
   }
 
-  /// Of a step that is not the request's last.
+  /// Ends a step inside a request, before the request's last step.
   void close_step_inside() {
     if (is_open_) demand_steps(++steps_, document_.limits_.steps_at_once);
     close_step();

@@ -19,7 +19,7 @@ struct LinkageLimits {
   int undo_depth = 1000;  // requests that can be undone, >= 0
   int max_targets = 4096;
   std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
-  /// Of them, what the shape of each request takes: with the conditions go their answers, see
+  /// The part for the shape of each request: answers are kept with their conditions, see
   /// EquilibriumCache.
   std::size_t shape_bytes = 0;
   /// Edges per segment that are chosen for a tolerance at most, >= 3.
@@ -32,12 +32,11 @@ struct LinkageLimits {
   void validate() const;
 };
 
-/// What acts on a linkage, under edits: as Document is for bodies. Not thread-safe, solves nothing.
+/// Edited conditions of a linkage, like Document for bodies. Not thread-safe, solves nothing.
 ///
-/// A request of edits is applied whole or not at all and is one revision and one step of undo: what
-/// its edits make together must be valid, in any order. Undo and redo are edits too:
-/// they make new revisions. Inside a request, an Undo or Redo ends the step begun by the edits
-/// before it.
+/// A request of edits is applied whole or not at all. It is one revision and one step of undo: the
+/// edits together must be valid, in any order. Undo and redo are edits too: they make new
+/// revisions. Inside a request, an Undo or Redo ends the step begun by the edits before it.
 class LinkageDocument {
   struct State {
     SnapshotHistory<scene::LinkageConditions> history;
@@ -89,7 +88,7 @@ class LinkageDocument {
   }
   [[nodiscard]] std::size_t undo_count() const { return state_.history.undo_count(); }
   [[nodiscard]] std::size_t redo_count() const { return state_.history.redo_count(); }
-  /// What undo can go back to, the newest first, where the last thing done was an undo or a redo;
+  /// Conditions that undo can return to, the newest first, if the last edit was an undo or a redo;
   /// else empty.
   [[nodiscard]] std::vector<std::shared_ptr<const scene::LinkageConditions>> steps_before_return()
       const;

@@ -19,10 +19,10 @@ struct EdgeChoice {
   std::string message;        // why they are not chosen for the tolerance, or miss it
 };
 
-/// Solves for the equilibrium under the scene's conditions, estimates its discretisation error,
-/// which goes as the square of the edges' length, and tries again with as many edges as that says:
-/// more, or fewer. Where the shape is not deformed or is not found there is nothing to estimate:
-/// kUsualEdges.
+/// Solves for the equilibrium under the scene's conditions and estimates its discretisation error,
+/// which is proportional to the square of the edges' length. It then repeats with the number of
+/// edges that follows: more, or fewer. If the shape is not deformed or not found, there is nothing
+/// to estimate: kUsualEdges.
 /// @param linkage  with a tolerance; its edges_per_segment and shape are not looked at
 /// @param most  edges per segment, >= 3
 /// @throws Error{kCancelled}; as LiveLinkage

@@ -11,7 +11,7 @@
 
 namespace limber::session {
 
-/// What a client may do to a linkage. Joints and segments are numbered as in scene::Linkage.
+/// Edits of a linkage by clients. Joints and segments are numbered as in scene::Linkage.
 
 struct PinJoint {
   int joint = 0;
@@ -60,7 +60,7 @@ struct SetSectionScales {
   Eigen::VectorXd scales;
 };
 
-/// What a design brings with its sizes. Edits of sizes put an end to it.
+/// The erection that a design stores with its sizes. Edits of sizes put an end to it.
 struct SetErection {
   std::shared_ptr<const scene::LinkageErection> erection;  // null: not known
 };

@@ -10,12 +10,12 @@
 
 namespace limber::session {
 
-/// Where the latest designs of a session have ended: what tells a newer one that there is another
-/// optimum than the one it found.
+/// The ends of the latest designs of a session: with these, a newer one can report another optimum
+/// than its own.
 class EndedDesigns {
  public:
-  /// E_0 of an earlier one under the same pins and angles, so that what they end at compares; 0:
-  /// there was none.
+  /// E_0 of an earlier design under the same pins and angles, so that their results are comparable;
+  /// 0: there was none.
   [[nodiscard]] double energy_scale(const scene::LinkageConditions& conditions) const;
   /// Earlier ones for the same goal, of the same variables, asked flat angle, pins and angles,
   /// that differ from the best of this one by more than a hundredth.

@@ -9,7 +9,7 @@
 
 namespace limber::session {
 
-/// What a solve under some conditions came to.
+/// The outcome of a solve under some conditions.
 struct CachedEquilibrium {
   enum class Kind {
     kReached,  // an equilibrium under these conditions

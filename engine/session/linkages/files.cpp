@@ -120,7 +120,7 @@ void write_springs(const rods::LinkageForces& forces, JsonWriter& json) {
   json.end_array();
 }
 
-/// What a segment does to its joints.
+/// Writes the forces of a segment on its joints.
 void write_ends(const rods::LinkageForces& forces, std::size_t s, JsonWriter& json) {
   const auto segment = static_cast<Eigen::Index>(s);
   vector(json, "weight", forces.weights.col(segment));
@@ -138,8 +138,8 @@ void write_ends(const rods::LinkageForces& forces, std::size_t s, JsonWriter& js
   both("end_moments", forces.end_moments);
 }
 
-/// In N and N m. Of a shape that was reached springs are those of the request, one by one; where a
-/// path ended, those that it is held by.
+/// In N and N m. If a shape was reached, springs are those of the request, one by one; if a path
+/// ended, those that hold it there.
 rods::LinkageForces forces_of(const LinkageResult& result, double length_unit) {
   const LinkageStatics& statics = *result.statics;
   const bool is_reached = result.report.converged() && !result.solve_failed && result.requested;

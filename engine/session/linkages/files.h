@@ -16,8 +16,8 @@ struct RodFieldName {
 };
 [[nodiscard]] RodFieldName name_of(rods::RodField field);
 
-/// A line for each segment through its stations, from end to end; neighbours have points of their
-/// own at the joint they share, since what they carry may jump there.
+/// A line for each segment through its stations, from end to end. Neighbours have points of their
+/// own at the joint they share, since forces may jump there.
 ///
 /// Point data: the fields by their names and director_1; without shear and equivalent stress where
 /// those have no bound. Line data: segment, joints (-1: a free end), opening_angles of these
@@ -27,12 +27,13 @@ struct RodFieldName {
 /// Centrelines alone: joints first, shared by their segments, so that the lines are connected.
 [[nodiscard]] scene::Polylines linkage_centrelines(const LinkageDetail& detail);
 
-/// Everything about a shape as JSON: units, the result it is of, springs (where they act, and what
-/// they do to the linkage, in the order of the targets), joints (position, normal, opening angle,
-/// load, reaction), segments (joints, lengths, opening angles, what they do to their joints,
-/// extremes of every field and the station where they are, and the fields by station), rods
-/// (segments in order, which of them are reversed, closed). Names and units are in it; null is what
-/// has no bound.
+/// The complete description of a shape as JSON, with names and units; null means no bound:
+/// - units, and the result that shows the shape
+/// - springs: positions and forces on the linkage, in the order of the targets
+/// - joints: position, normal, opening angle, load, reaction
+/// - segments: joints, lengths, opening angles, forces on their joints, extremes of every field
+///   with their stations, and the fields by station
+/// - rods: segments in order, which of them are reversed, closed
 [[nodiscard]] std::string linkage_json(const LinkageDetail& detail, const scene::Linkage& linkage,
                                        const LinkageGeometry& geometry,
                                        const LinkageResult& result);

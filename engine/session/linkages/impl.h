@@ -20,7 +20,7 @@
 
 namespace limber::session {
 
-/// What the task of a session of a linkage works on.
+/// The order that the task of a session of a linkage works on.
 struct LinkageOrder {
   using Conditions = std::shared_ptr<const scene::LinkageConditions>;
   /// An equilibrium that a design has found for conditions.
@@ -66,14 +66,14 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   [[nodiscard]] const DesignJob& design() const { return design_; }
   [[nodiscard]] const std::shared_ptr<const LinkageGeometry>& geometry() const { return geometry_; }
   [[nodiscard]] const std::shared_ptr<const LinkageShape>& shape() const { return shape_; }
-  /// Of the scene, or chosen while the session was built; 0: not yet.
+  /// From the scene, or chosen while the session was built; 0: not yet.
   [[nodiscard]] int edges_per_segment() const { return edges_per_segment_; }
   /// As opened; any thread.
   [[nodiscard]] const scene::Linkage& opened() const { return linkage_; }
 
  private:
   using Conditions = LinkageOrder::Conditions;
-  /// What its edges are worth, and more of them where that is too little.
+  /// The discretisation error of a shape, with finer edges if it is too large.
   struct ShapeFinding {
     ShapeCheck check;
     std::shared_ptr<Refinement> refinement;  // null: none was tried
@@ -87,7 +87,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
     Conditions conditions;
   };
 
-  /// What conditions must obey, which the number of edges is part of.
+  /// Rules on conditions, which include the number of edges.
   using Rules = std::atomic<std::shared_ptr<const ConditionRules>>;
   static LinkageDocument document_of(const scene::Linkage& linkage, LinkageLimits limits,
                                      const std::shared_ptr<Rules>& rules);

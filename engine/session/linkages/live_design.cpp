@@ -18,10 +18,10 @@
 namespace limber::session {
 namespace {
 
-constexpr double kHeightRoom = 1.2;  // of the flat height at the start, where none is asked for
+constexpr double kHeightRoom = 1.2;  // times the flat height at the start, if none is requested
 constexpr double kLeastHeight = 1e-3;
-// Of the smallest angle of a start that lies open, where none is asked for: joints that turned over
-// would fold the flat linkage through itself.
+// Share of the smallest angle of an open start, if none is requested: joints that turned over would
+// fold the flat linkage through itself.
 constexpr double kAngleShare = 0.1;
 constexpr double kOpen = 0.02;  // [rad]
 constexpr double kMaxIgnoredDistanceShare =
@@ -98,7 +98,8 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
     flat.mean_opening_angle = *request.flat_angle;
     close_to(equilibrium, closed, free, flat, job);
   } else if (!model.graph().mixed_angles && rods::is_without_stress(model, live.state())) {
-    // What opens without effort goes anywhere when lengths change: it is held as open as it lies.
+    // If it opens without effort, no angle is definite when lengths change: the present one is
+    // held.
     flat.mean_opening_angle = closed.mean_opening_angle();
   }
   options_.shortest = request.shortest;
@@ -132,7 +133,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   begin_best();
 }
 
-/// Of the present goal, at any size of the linkage's.
+/// For the present goal, at any size of the linkage.
 rods::DesignCriteria LiveDesign::criteria() const {
   rods::DesignCriteria criteria;
   criteria.flat_share = goal_.flat_share;
@@ -198,7 +199,7 @@ void LiveDesign::begin_best() {
       sizes(), design_->variables().which(), design_->point().flat, design_->point().deployed});
 }
 
-/// Where lengths are kept, those of segments and of edges are what they were.
+/// If lengths are not varied, those of segments and edges keep their values.
 RodSizes LiveDesign::sizes() const {
   const rods::DesignPoint& point = design_->point();
   return {point.lengths, point.edges, point.sections};

@@ -13,9 +13,9 @@
 
 namespace limber::session {
 
-/// A design of a live linkage: from the sizes of rods it has, its flat shape (which is free, or
-/// held at a mean angle of its own) and the equilibrium it is in. Works on copies: the live linkage
-/// stays as it is. Driven by one thread.
+/// A design of a live linkage. It starts from the present sizes of rods, the flat shape (free, or
+/// held at a mean angle) and the present equilibrium. Works on copies: the live linkage does not
+/// change. Driven by one thread.
 class LiveDesign {
  public:
   struct Step {
@@ -25,8 +25,8 @@ class LiveDesign {
   };
   /// After every step, before the next. May set another goal.
   using OnStep = std::function<void(const Step& step)>;
-  /// Where the search would end, with what it would report. Another goal set: it continues to that
-  /// from where it stands.
+  /// Called when the search would end, with its report. If it sets another goal, the search
+  /// continues to that from the present point.
   using OnEnd = std::function<void(const rods::DesignReport& report)>;
 
   /// Finds the flat equilibrium.
@@ -43,7 +43,7 @@ class LiveDesign {
   /// To the best there is, once the search is over. @returns whether that is not where the last
   /// step left it
   bool go_to_best();
-  /// At once: before the search, or within what it calls.
+  /// Takes effect at once: before the search, or within its callbacks.
   void set_goal(const DesignGoal& goal);
 
   /// By the present goal, as now and best.
@@ -69,21 +69,21 @@ class LiveDesign {
     std::shared_ptr<const scene::LinkageErection> erection;  // null: none
     std::string message;                                     // why there is none
   };
-  /// How what it stands at is opened. @throws Error{kCancelled}
+  /// Finds how to open the present shape. @throws Error{kCancelled}
   [[nodiscard]] FoundErection find_erection(const JobContext& job) const;
-  /// That was asked for, see DesignRequest.
+  /// The requested angle, see DesignRequest.
   [[nodiscard]] const std::optional<double>& requested_flat_angle() const {
     return requested_flat_angle_;
   }
-  /// Of those shapes; empty: all 1.
+  /// Scales of those shapes; empty: all 1.
   [[nodiscard]] const Eigen::VectorXd& section_scales() const { return design_->point().sections; }
-  /// What an earlier design came to, by the present goal.
+  /// Terms of an earlier design's result, by the present goal.
   [[nodiscard]] DesignTerms terms_of(const DesignCandidate& candidate);
   /// From the best that there is.
   [[nodiscard]] rods::DesignDifference difference_from(const DesignCandidate& candidate) const;
   [[nodiscard]] double energy_scale() const { return design_->criteria().energy_scale; }
   [[nodiscard]] double extent() const { return design_->criteria().length_scale; }
-  /// Of the variables, the first ones.
+  /// Number of varied lengths; they are the first variables.
   [[nodiscard]] int varied_lengths() const { return design_->variables().lengths(); }
 
  private:

@@ -21,7 +21,7 @@ namespace {
 using rods::EquilibriumReport;
 using rods::EquilibriumStatus;
 
-/// What one solve is trusted with: farther, the linkage might find itself on another branch.
+/// Largest changes in one solve: beyond them, the linkage might jump to another branch.
 constexpr double kFarAngle = 2 * kDegree;  // [rad]
 constexpr double kFarShare = 0.01;         // of the linkage's extent
 constexpr double kTurnOfStep = 0.05;       // of steps, where one solve turned too far [rad]
@@ -73,8 +73,8 @@ void LiveLinkage::refuse_turned_over(EquilibriumReport& report) {
   }
 }
 
-/// To other sizes of rods, under the conditions that the shape is held under. Where no equilibrium
-/// is found along the path the outcome says so.
+/// To other sizes of rods, under the conditions that the shape is held under. If no equilibrium is
+/// found along the path, the outcome reports it.
 bool LiveLinkage::follow_to(const RodSizes& target, const JobContext& job,
                             const OnIterate& on_iterate, Outcome& outcome) {
   outcome.report = target == sizes_ ? equilibrium_.solve(state_, held_, {}, job)
@@ -88,12 +88,12 @@ bool LiveLinkage::follow_to(const RodSizes& target, const JobContext& job,
   return false;
 }
 
-/// To other sizes of rods. What the conditions do not let through may be let through by those that
-/// are wanted: these come first then.
+/// To other sizes of rods. If the present conditions block the path, the requested conditions may
+/// allow it: these are then applied first.
 bool LiveLinkage::bring_sizes(const RodSizes& target, const scene::LinkageConditions& conditions,
                               const rods::Conditions& then_held, const JobContext& job,
                               const OnIterate& on_iterate, Outcome& outcome) {
-  // Where the last solve was interrupted they are there, but the last equilibrium has others.
+  // If the last solve was interrupted, the state has them, but the last equilibrium has others.
   if (target == sizes_ && target == good_sizes_) return true;
   bool there = settled_ ? follow_to(target, job, on_iterate, outcome)
                         : open_with(target, conditions, job, on_iterate, outcome);
@@ -109,7 +109,7 @@ bool LiveLinkage::bring_sizes(const RodSizes& target, const scene::LinkageCondit
     }
   }
   if (!there) return false;
-  // What continues from here comes back here, not to the shape of other rods.
+  // A later restore returns to this shape, not to the shape of other rods.
   turned_ = 0;
   good_ = state_;
   good_held_ = held_;
@@ -222,8 +222,8 @@ void LiveLinkage::restore() {
   set_sizes(good_sizes_);
 }
 
-/// Once more, from where it was and slowly. Where that does not get there, the equilibrium that was
-/// found at once is what there is: elsewhere.
+/// Once more, from where it was and slowly. If that does not reach the target, the first
+/// equilibrium is the result: a jump.
 void LiveLinkage::go_again(const rods::Conditions& target, const JobContext& job,
                            const OnIterate& on_iterate, Outcome& outcome) {
   Outcome slow;
@@ -245,7 +245,7 @@ void LiveLinkage::go_again(const rods::Conditions& target, const JobContext& job
 
 void LiveLinkage::stay_near() {
   if (is_slow() && !ahead_) {
-    // The factor that is near the iterate goes with what is shown.
+    // The factor near the iterate belongs to the shown shape.
     ahead_ = state_;
     if (!ahead_steps_) ahead_steps_.emplace(mapped_.model);
     std::swap(equilibrium_, *ahead_steps_);
@@ -256,8 +256,8 @@ void LiveLinkage::stay_near() {
   ahead_ = std::move(ahead);
 }
 
-/// Shows a shape that knows of the conditions, as far as the factor at hand and one step lead it
-/// from what was shown last. @returns whether anything was shown
+/// Shows a shape under the conditions, advanced from the last shown one by one step with the
+/// available factor. @returns whether anything was shown
 bool LiveLinkage::show_ahead(const scene::LinkageConditions& conditions, const JobContext& job,
                              const OnIterate& on_iterate) {
   if (!ahead_ || !(sizes_of(conditions) == sizes_)) return false;
@@ -378,7 +378,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
       break;
     }
   }
-  // Behind what is shown already, iterates of the solve would be steps back.
+  // Iterates of the solve would be behind the shape that is shown already.
   const bool is_ahead = show_ahead(*conditions, job, on_iterate);
   std::optional<rods::LinkageState> ahead = std::move(ahead_);
   ahead_.reset();

@@ -33,12 +33,12 @@ class LiveLinkage {
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> settled_under() const {
     return settled_under_;
   }
-  /// What the last equilibrium is held by.
+  /// Conditions of the last equilibrium.
   [[nodiscard]] const rods::Conditions& held() const { return good_held_; }
   /// The same with the sizes it has, as a scene would have them.
   [[nodiscard]] scene::LinkageConditions conditions_of_shape() const;
   [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
-  /// Of the rods, as the scene has them.
+  /// Sizes of the rods in the scene.
   [[nodiscard]] const RodSizes& first_sizes() const { return first_sizes_; }
   /// As the model has them.
   [[nodiscard]] const RodSizes& sizes() const { return sizes_; }
@@ -60,15 +60,15 @@ class LiveLinkage {
   /// Called now and then with a shape along the path: no equilibrium yet.
   using OnIterate = std::function<void()>;
 
-  /// The equilibrium under these conditions, followed from the shape there is: where angles and
-  /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
-  /// Where it is not reached, the shape is the last equilibrium along the path, or the one
-  /// before; cancelled, the last iterate. The first solve begins in the shape of the scene, if it
-  /// has one; where there is no equilibrium near that, with the drawing, and the message says so.
-  /// Conditions that were solved before, the very same object as undo brings them back, are not
-  /// solved again: the outcome is the one they had then, in every digit of its shape and report (no
-  /// steps were made, and no path). Cancelled solves have none, and another LiveLinkage, such as
-  /// one of more edges, knows none of them.
+  /// The equilibrium under these conditions, followed from the present shape. It is followed step
+  /// by step (rods::deploy) if angles and pins have far to go, or if the shape moves far. If it is
+  /// not reached, the shape is the last equilibrium along the path, or the one before; after a
+  /// cancellation, it is the last iterate. The first solve begins in the shape of the scene, if it
+  /// has one. If there is no equilibrium near that, it begins with the drawing, and the message
+  /// reports it. Conditions that were solved before are not solved again if they are the very same
+  /// object, as undo restores it. The outcome is then the earlier one, in every digit of its shape
+  /// and report (no steps were made, and no path). Cancelled solves have none, and another
+  /// LiveLinkage, such as one of more edges, knows none of them.
   /// @pre there are conditions
   /// @param origins  where undo or redo led here: the conditions before these in the history, the
   /// nearest first. Conditions that were not solved then, because later edits came sooner, begin
@@ -80,16 +80,16 @@ class LiveLinkage {
   /// solve begins there, as where they had been solved before.
   void add_guess(const std::shared_ptr<const scene::LinkageConditions>& conditions,
                  const rods::LinkageState& state);
-  /// The scene's shape is the answer that these conditions had: they are not solved again, as those
-  /// that undo brings back. @returns false, and nothing has changed, where the scene has no shape
-  /// that nothing has begun in yet, or the shape is no equilibrium under what it should be one
+  /// Takes the scene's shape as the answer to these conditions: they are not solved again, like
+  /// those that undo restores. @returns false, and nothing has changed, if the scene has no unused
+  /// shape, or if the shape is no equilibrium under its stated conditions
   bool recall(const std::shared_ptr<const scene::LinkageConditions>& conditions,
               const RecalledAnswer& answer);
   /// Back to the last equilibrium that was reached.
   void restore();
-  /// A newer edit has interrupted the last solve. Where the shape is far from the last equilibrium
-  /// back to that one: what continues from here would not notice that it has left its branch. What
-  /// is shown meanwhile continues from the iterate all the same.
+  /// A newer edit has interrupted the last solve. If the shape is far from the last equilibrium,
+  /// returns to that one: a solve that continues from here would not notice that it has left its
+  /// branch. The shown shape still continues from the iterate.
   void stay_near();
   /// Edits take longer than a screen shows a picture.
   [[nodiscard]] bool is_slow() const { return model().variables().size() >= kSlowUnknowns; }
@@ -176,8 +176,8 @@ class LiveLinkage {
   rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
-  /// What is shown while edits come faster than equilibria: led after the edits by itself, with a
-  /// factor of its own, and no start of any solve. Empty: the shape is shown.
+  /// The shape that is shown while edits come faster than equilibria. It follows the edits by
+  /// itself, with a factor of its own, and no solve starts from it. Empty: the shape is shown.
   std::optional<rods::LinkageState> ahead_;
   std::optional<rods::LinkageEquilibrium> ahead_steps_;  // made when it is needed first
   EquilibriumCache cache_;

@@ -22,7 +22,7 @@ constexpr double kLeastOpening = 1 * kDegree;  // of the mean angle: that opens 
 
 /// Is a shape rather the mirror image of the one before? Flat shapes are their own.
 bool is_mirrored(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& now) {
-  constexpr double kFar = 0.02;  // of the size, rms: what is no small change
+  constexpr double kFar = 0.02;  // of the size, rms: a larger change is not small
   const double size = (before.colwise() - before.rowwise().mean()).norm() /
                       std::sqrt(std::max(1.0, static_cast<double>(before.cols())));
   const double apart = rods::distance_between_shapes(now, before);
@@ -60,8 +60,8 @@ std::string describe_failed_erection(const LiveLinkage::Outcome& erected) {
       100 * share, erected.report.message);
 }
 
-/// How far the joints are displaced along the push, as a share of the linkage's size, both
-/// root mean square: 0 in the plane that the push is normal to, and of opposite signs to its sides.
+/// Mean displacement of the joints along the push, as a share of the linkage's size, both root mean
+/// square. It is 0 in the plane normal to the push, and of opposite signs on its two sides.
 double share_along(const std::vector<rods::JointLoad>& push, const Eigen::Matrix3Xd& joints) {
   const Eigen::Matrix3Xd offsets = joints.colwise() - joints.rowwise().mean();
   double work = 0, squares = 0;
@@ -73,8 +73,8 @@ double share_along(const std::vector<rods::JointLoad>& push, const Eigen::Matrix
   return size > 0 ? work / size : 0;
 }
 
-/// What the shape has to do with the one that the erection leads to; empty: it is that one, or
-/// other angles or loads say that it need not be.
+/// Compares the shape with the one that the erection leads to; empty: it is that one, or other
+/// angles or loads say that it need not be.
 std::string describe_missed_shape(const scene::LinkageConditions& conditions,
                                   const Eigen::Matrix3Xd& joints, double extent) {
   constexpr double kSameAngle = 1e-6;  // [rad]
@@ -140,7 +140,7 @@ bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
   return std::abs(side) <= kLeastSide;
 }
 
-/// The push, turned as the linkage lies now.
+/// The push, turned into the linkage's present plane.
 std::vector<rods::JointLoad> LiveLinkage::push_here(const scene::LinkageErection& erection) const {
   std::vector<rods::JointLoad> push;
   for (const scene::JointLoad& load : erection.push) {
@@ -152,8 +152,8 @@ std::vector<rods::JointLoad> LiveLinkage::push_here(const scene::LinkageErection
                            rods::joint_positions(state_));
 }
 
-/// What to say of a shape that was opened with an erection, or that was released. A jump to the
-/// mirror image becomes an event of the path.
+/// Describes a shape that was opened with an erection, or that was released. A jump to the mirror
+/// image becomes an event of the path.
 std::string LiveLinkage::describe_shape_reached(const scene::LinkageConditions& conditions,
                                                 const rods::LinkageState& before,
                                                 Outcome& outcome) const {

@@ -1,4 +1,4 @@
-// Where a live linkage begins: in the shape of its scene, or as drawn.
+// The first shape of a live linkage: the shape of its scene, or the drawing.
 
 #include <utility>
 
@@ -13,7 +13,7 @@ namespace {
 using rods::EquilibriumReport;
 using rods::EquilibriumStatus;
 
-/// Of the pins, what holds joints where they are drawn.
+/// Only the pins that hold joints at their drawn positions.
 scene::LinkageConditions pinned_as_drawn(const scene::LinkageConditions& conditions) {
   scene::LinkageConditions drawn;
   for (scene::JointPin pin : conditions.pins) {
@@ -49,8 +49,8 @@ bool can_be_held(const rods::LinkageModel& model, const rods::Conditions& condit
 
 }  // namespace
 
-/// In the shape of a scene that has one: in equilibrium under its stated conditions, or near one
-/// under what is wanted, with the angles and the places that it has.
+/// Begins in the shape of a scene that has one. It is in equilibrium under its stated conditions,
+/// or near one under the requested ones, with its own angles and places.
 bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, const JobContext& job,
                                  Outcome& outcome) {
   const rods::LinkageState given = state_;
@@ -81,7 +81,7 @@ bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, con
 }
 
 bool LiveLinkage::recall(const SharedConditions& conditions, const RecalledAnswer& answer) {
-  constexpr double kStoredTolerance = 1e-7;  // of what was balanced to 1e-8 when it was stored
+  constexpr double kStoredTolerance = 1e-7;  // for shapes that were balanced to 1e-8 when stored
   if (!in_shape_ || (answer.solve_failed && !linkage_.shape_conditions)) return false;
   const scene::LinkageConditions& under =
       answer.solve_failed ? *linkage_.shape_conditions : *conditions;
@@ -120,10 +120,11 @@ scene::LinkageConditions LiveLinkage::conditions_of_shape() const {
   return conditions;
 }
 
-/// To the sizes of a scene that is just opened, from the drawing; what is pinned where it is drawn
-/// stays there. First as a session goes that is given them by a design, from an equilibrium to an
-/// equilibrium. What falls far from its drawing, such as a ring that falls shut, goes from the
-/// drawing as it is; what has no path there begins with these sizes at once.
+/// Leads to the sizes of a scene that is just opened, from the drawing; joints pinned at their
+/// drawn positions stay there. First it goes from an equilibrium to an equilibrium, like a
+/// session that gets the sizes from a design. A linkage whose equilibrium is far from its drawing,
+/// such as a ring that snaps shut, goes from the drawing itself. If there is no path, it begins
+/// with these sizes at once.
 bool LiveLinkage::open_with(const RodSizes& target, const scene::LinkageConditions& conditions,
                             const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
   held_ = map_conditions(pinned_as_drawn(conditions), mapped_, length_unit_);

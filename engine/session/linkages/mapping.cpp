@@ -177,7 +177,7 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
         linkage.shape ? rules->check(linkage.conditions) : rules->check_drawn(linkage.conditions);
   const auto add = [&](const char* prefix) {
     for (auto& issue : faults) {
-      // Of the whole linkage, though edits change it with the conditions.
+      // It is a field of the whole linkage, though edits change it with the conditions.
       if (!issue.field.starts_with("erection.")) issue.field = prefix + issue.field;
       issues.push_back(std::move(issue));
     }

@@ -8,7 +8,7 @@
 
 namespace limber::session {
 
-/// What can be computed of a linkage without its model.
+/// Properties of a linkage that need no model.
 struct LinkageCheck {
   /// All that is wrong, fields of the scene: material numbers, edges_per_segment, tolerance,
   /// section....,

@@ -7,8 +7,7 @@
 
 namespace limber::session {
 
-/// What the final answer was that a session gave in the shape which its scene has, before it was
-/// stored.
+/// The final answer that a session gave in the shape of its scene, before it was stored.
 struct RecalledAnswer {
   Revision revision = 0;  // of the request
   rods::EquilibriumStatus status = rods::EquilibriumStatus::kConverged;

@@ -14,8 +14,8 @@ namespace limber::session {
 namespace {
 
 constexpr int kRounds = 3;
-/// Shapes farther apart than so many times the estimated error of the given edges are of other
-/// equilibria, and so are those farther apart than a share of the size, whatever the estimate.
+/// Shapes farther apart than so many times the estimated error of the given edges belong to other
+/// equilibria. The same holds beyond a share of the size, whatever the estimate.
 constexpr double kSameBranch = 3, kMostShare = 0.1;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
@@ -74,7 +74,7 @@ double distance_between(const LiveLinkage& fine, const LinkageResult& coarse) {
     const Line fine_line(now.data() + at_now, fine_edges, joints[0], joints[1]);
     const double chords = chord_height(line.vertices);
     for (Eigen::Index vertex = 0; vertex <= edges; ++vertex) {
-      // What reaches beyond a joint is half an edge, and so is of another length.
+      // The part beyond a joint is half an edge, whose length differs.
       const double share = line.share_of(std::clamp(line.along[vertex], line.from, line.to));
       const double apart = (fine_line.point_at(share) - line.point_at(share)).norm();
       largest = std::max(largest, apart - chords);

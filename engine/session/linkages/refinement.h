@@ -22,10 +22,10 @@ struct Refinement {
   std::string failure;                // why there is none, a sentence
 };
 
-/// Cuts the linkage anew, as opening the scene with these conditions would: finer edges are solved
-/// from the drawing, and taken where their shape is the given one, at every vertex of it, within
-/// what the given edges are worth, so that the linkage stays on its branch. More edges are tried as
-/// long as the tolerance is missed.
+/// Cuts the linkage anew, as opening the scene with these conditions would. Finer edges are solved
+/// from the drawing. They are accepted if their shape agrees with the given one at every vertex,
+/// within the error of the given edges, so that the linkage stays on its branch. More edges are
+/// tried as long as the tolerance is missed.
 /// @param linkage     as opened, with a tolerance
 /// @param coarse      a final result that was reached, without edge lengths of its own
 /// @param found       what its edges are worth: known, and not within the tolerance

@@ -13,7 +13,7 @@ bool by_edges(const RodSizes& from, const RodSizes& to) {
   return from.edges.size() > 0 || to.edges.size() > 0;
 }
 
-/// Of every edge, also where those of segments say them.
+/// Lengths of every edge, also if only those of segments are given.
 Eigen::VectorXd edges_of(const rods::LinkageModel& model, const RodSizes& sizes) {
   if (sizes.edges.size() > 0) return sizes.edges;
   return model.edge_numbers().listed(model.rest_length_map().apply(sizes.segments));

@@ -7,7 +7,7 @@
 
 namespace limber::session {
 
-/// What designs change of the rods of a linkage.
+/// The sizes of a linkage's rods that designs change.
 struct RodSizes {
   /// Rest lengths of segments; those of their edges follow, unless there are `edges`.
   Eigen::VectorXd segments;
@@ -30,7 +30,7 @@ void set_sizes(rods::LinkageModel& model, const RodSizes& sizes);
 /// @param from  as the model has them
 [[nodiscard]] RodSizes sizes_between(const rods::LinkageModel& model, const RodSizes& from,
                                      const RodSizes& to, double share);
-/// Largest change of a length or of a section along the path, as a share of what it is.
+/// Largest relative change of a length or of a section along the path.
 [[nodiscard]] double largest_change(const rods::LinkageModel& model, const RodSizes& from,
                                     const RodSizes& to);
 

@@ -26,9 +26,9 @@ namespace limber::session {
 
 struct LinkageGeometry;
 
-/// One published shape of a linkage: immutable, shared between threads. Where the solve failed,
-/// what was requested has no equilibrium that could be found: the shape is the last one along the
-/// path there, or the one before.
+/// One published shape of a linkage: immutable, shared between threads. If the solve failed, no
+/// equilibrium was found for the request: the shape is the last one along the path, or the one
+/// before.
 struct LinkageResult : ResultHeader {
   rods::EquilibriumReport report;  // forces [N], lengths in the scene's unit
   double mean_angle = 0;           // [rad]
@@ -38,42 +38,42 @@ struct LinkageResult : ResultHeader {
   /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria along the
   /// path to it; else the shape of the iterate. The last column is the shape.
   std::shared_ptr<const Eigen::MatrixXd> frames;
-  /// Of the same shapes, see LinkageStatics; null while the result is not final.
+  /// Strains of the same shapes, see LinkageStatics; null while the result is not final.
   std::shared_ptr<const Eigen::MatrixXf> strains;
   /// Makes forces and stresses from coordinates and strains of this result; null while it is not
   /// final.
   std::shared_ptr<const LinkageStatics> statics = {};
-  /// Of a step of a design, never final: frames are the flat shape and the deployed one, for the
-  /// rest lengths of that step; the fields of an equilibrium's report and path are empty.
+  /// For a step of a design, which is never final. Frames are the flat shape and the deployed one,
+  /// for the rest lengths of that step; the fields of an equilibrium's report and path are empty.
   std::shared_ptr<const DesignInfo> design = {};
-  /// Of each segment's section in these shapes, as LinkageShape::surface sweeps it; empty: all 1.
+  /// Scales of each segment's section in these shapes (LinkageShape::surface); empty: all 1.
   Eigen::VectorXd section_scales = {};
   /// The shape in full, from which a scene opens again; null while the result is not final.
   std::shared_ptr<const rods::LinkageState> state = {};
-  /// What it is in equilibrium under; null with it.
+  /// Conditions of its equilibrium; null without a state.
   std::shared_ptr<const scene::LinkageConditions> conditions = {};
-  /// The object that the document has of what was requested; null with it.
+  /// The requested conditions, as the document's own object; null without a state.
   std::shared_ptr<const scene::LinkageConditions> requested = {};
   /// The same as the solver has them.
   std::shared_ptr<const rods::Conditions> held = {};
-  /// What its numbers are of, and what makes surfaces of them: of the edges that it has.
+  /// The geometry for its number of edges: defines its numbers and makes surfaces of them.
   std::shared_ptr<const LinkageGeometry> geometry = {};
   std::shared_ptr<const LinkageShape> shape = {};
-  /// Of a final result that was reached: kPending, and published again as kDone with what its edges
-  /// are worth, where no edit is quicker.
+  /// For a final result that was reached: kPending, then published again as kDone with the error of
+  /// its edges, unless an edit comes first.
   Check check = Check::kNone;
-  /// Of kDone; null where it failed.
+  /// For kDone; null if the check failed.
   std::shared_ptr<const ShapeCheck> shape_check = {};
   std::string check_failure = {};  // then, why
 };
 
 class LinkageListener : public Listener<LinkageResult> {
  public:
-  /// A design has begun, made a step, been paused or gone on, or ended; before that step's result.
+  /// A design has begun, made a step, paused, resumed or ended; before that step's result.
   virtual void on_design(const std::shared_ptr<const DesignInfo>&) {}
 };
 
-/// What stays the same for all shapes of a session, until it is cut into more edges.
+/// Data common to all shapes of a session, until it is cut into more edges.
 struct LinkageGeometry {
   std::string hash;                               // same hash, same edges
   int coordinates = 0;                            // of one shape
@@ -93,8 +93,9 @@ struct LinkageGeometry {
 class LinkageSession {
  public:
   /// Checks the linkage (throws Error as demand_sound) and starts building on the executor.
-  /// @param recalled  the scene's shape is the answer to the revision that it names, as which it is
-  /// published where it balances; edits up to there must be made before the executor runs
+  /// @param recalled  says that the scene's shape is the answer to the revision that it names. If
+  /// the shape balances, it is published as that; edits up to there must be made before the
+  /// executor runs
   LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
                  std::shared_ptr<LinkageListener> listener,
                  std::optional<RecalledAnswer> recalled = {});
@@ -108,16 +109,16 @@ class LinkageSession {
   /// Edges per segment are those that the tolerance took, and takes where edits ask for more; else
   /// the scene's.
   [[nodiscard]] bool chose_edges() const;
-  /// The same, in the shape of the newest final result if there is one, with what that is in
-  /// equilibrium under: an edit that is not solved yet, or failed, has other conditions.
+  /// The same, in the shape of the newest final result if there is one, with the conditions of its
+  /// equilibrium. An edit that is not solved yet, or failed, has other conditions.
   [[nodiscard]] scene::Linkage linkage_in_shape() const;
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
 
   /// As Session::edit; refused while a design is running.
-  /// @param author  whose edits they are, see StepChoice
+  /// @param author  the author of the edits, see StepChoice
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {},
                    const Author& author = {});
-  /// What stands for all edits up to revision(), to begin at it elsewhere.
+  /// A checkpoint that replaces all edits up to revision(), to begin at it elsewhere.
   /// @throws Error{kFailedPrecondition} while an answer is missing that edits depend on and the
   /// checkpoint does not say: of pins that hold joints where they are,
   /// and of lengths of edges
@@ -131,17 +132,17 @@ class LinkageSession {
   /// equilibrium. While rest lengths are solved for: the build, which has failed then.
   void cancel();
 
-  // Designs: rest lengths for which the free shape lies flat and the one that the conditions now
-  // ask for is near to targets or a surface. At most one at a time, on the session's task, after
-  // what was edited before. Steps are published as results.
+  // Designs: rest lengths for which the free shape is flat and the one under the present conditions
+  // is near to targets or a surface. At most one runs at a time, on the session's task, after
+  // earlier edits. Steps are published as results.
 
   /// One that ends by itself with all constraints kept is taken at once; others leave the session
   /// as it was.
   /// @param tag  of the infos about it
   /// @throws Error as DesignRequest::validate and demand_near; {kFailedPrecondition} before the
   /// session has a shape, while another is running, and with field targets, loads or gravity of
-  /// conditions that no derivatives are known under. What can only be determined from its
-  /// equilibria ends the design with DesignEnd::kFailed
+  /// conditions that no derivatives are known under. Errors that only its equilibria show end the
+  /// design with DesignEnd::kFailed
   void start_design(DesignRequest request, std::uint64_t tag = 0);
   /// Continues towards another goal. @throws Error as above, and the design continues as it was;
   /// {kFailedPrecondition} where none is running, and so do the next three
@@ -160,7 +161,7 @@ class LinkageSession {
   [[nodiscard]] NewestDesign newest_design() const;
   /// The newest; null before the first.
   [[nodiscard]] std::shared_ptr<const DesignInfo> design() const;
-  /// What would be taken; null where there is nothing.
+  /// The design that would be taken; null if there is none.
   [[nodiscard]] std::shared_ptr<const DesignCandidate> best_design() const;
 
   /// Refuses everything from now on, cancels, tells the listener kClosed, and returns when no task
@@ -173,7 +174,7 @@ class LinkageSession {
   [[nodiscard]] std::shared_ptr<const LinkageGeometry> geometry() const;  // null while building
   /// Makes surfaces from coordinates, without the session; null while building.
   [[nodiscard]] std::shared_ptr<const LinkageShape> shape() const;
-  /// Of the newest final result; null before there is one.
+  /// Statics of the newest final result; null before there is one.
   [[nodiscard]] std::shared_ptr<const LinkageStatics> statics() const;
   /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
   /// @param section_scales  those of its result; empty: all 1

@@ -14,10 +14,10 @@ namespace limber::session {
 
 /// Shapes of a linkage as the numbers that are streamed, and as surfaces.
 ///
-/// Coordinates of one shape, float32, lengths in the scene's unit: for each segment in order, its
-/// vertices x_0 .. x_n (x, y, z each), then the directors d_1 of its edges 0 .. n-1; then the
-/// opening angle of each joint [rad]. The first and the last edge of a segment reach half their
-/// length beyond its joints.
+/// Coordinates of one shape, float32, lengths in the scene's unit. For each segment in order: its
+/// vertices x_0 .. x_n (x, y, z each), then the directors d_1 of its edges 0 .. n-1. After all
+/// segments: the opening angle of each joint [rad]. The first and the last edge of a segment reach
+/// half their length beyond its joints.
 ///
 /// The surface is the section swept along each segment: m points around each vertex, on d_1 and
 /// d_2 = t x d_1 of the mean of its edges' frames.

@@ -10,8 +10,8 @@ namespace limber::session {
 struct LinkageResult;
 class LinkageStatics;
 
-/// What the edges of a linkage are worth for a shape that a session shows. Lengths in the scene's
-/// unit.
+/// The discretisation error of a linkage's edges for a shape that a session shows. Lengths in the
+/// scene's unit.
 struct ShapeCheck {
   rods::DiscretisationError error;
   double size = 1;       // of the linkage as drawn: the longest side of its bounding box
@@ -24,7 +24,7 @@ struct ShapeCheck {
   }
 };
 
-/// What is wrong with the shape and what to do; empty where its tolerance is met or there is none.
+/// The problem of the shape and its remedy; empty if its tolerance is met or there is none.
 [[nodiscard]] std::string describe_shape(const ShapeCheck& check);
 
 /// Checks shapes of one session. For one thread at a time.

@@ -8,8 +8,8 @@
 
 namespace limber::session {
 
-/// Leads a shape to other sizes of its rods, held as it is: each step a little longer or shorter,
-/// thicker or thinner, solved no more exactly than the path there needs.
+/// Leads a shape to other sizes of its rods, under unchanged conditions. Each step makes them a
+/// little longer or shorter, thicker or thinner, and is solved no more exactly than the path needs.
 /// @param model  the equilibrium's; keeps the sizes of the last step
 /// @param sizes  what the model has; the last step's then
 /// @param state  an equilibrium of these, at least nearly; the last step's then

@@ -31,15 +31,15 @@ struct LinkageDetail {
   std::vector<Joint> joints;
 };
 
-/// What the rods of a linkage carry in its shapes. Strains are kept with a shape's coordinates, as
-/// float32: found from those, strains of stiff rods would be all rounding.
+/// Internal forces of the rods of a linkage in its shapes. Strains are kept with a shape's
+/// coordinates, as float32: found from those, strains of stiff rods would be all rounding.
 class LinkageStatics {
  public:
   /// @param mapped  of this linkage
   LinkageStatics(const MappedLinkage& mapped, const scene::Linkage& linkage);
 
-  /// Of a shape: the axial strain of every edge, then kappa_1, kappa_2 and twist of every vertex
-  /// between edges (rods::LinkageStrains).
+  /// Strains of a shape: the axial strain of every edge, then kappa_1, kappa_2 and twist of every
+  /// vertex between edges (rods::LinkageStrains).
   [[nodiscard]] Eigen::VectorXf strains(const rods::LinkageState& state) const;
   /// @param coordinates  of a shape, see LinkageShape
   /// @param strains      of the same shape

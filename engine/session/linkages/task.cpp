@@ -69,8 +69,8 @@ LinkageGeometry LinkageSession::Impl::describe() const {
   return geometry;
 }
 
-/// Edges that nobody named, in a document that names none of them: designs and rest lengths of
-/// edges are of so many.
+/// True if limber chose the number of edges and the document depends on no number: designs and rest
+/// lengths of edges do.
 bool LinkageSession::Impl::may_refine() const {
   return read([this] {
     return linkage_.edges_per_segment == 0 && edges_per_segment_ < most_chosen_edges_ &&
@@ -96,7 +96,7 @@ LinkageSession::Impl::ShapeFinding LinkageSession::Impl::examine(
   return finding;
 }
 
-/// The session continues with more edges: what is edited from here on begins in their equilibrium.
+/// The session continues with more edges: later edits begin in their equilibrium.
 /// @returns false where it has moved on, or has numbers of single edges by now
 bool LinkageSession::Impl::adopt(Refinement& refinement, const LinkageResult& coarse) {
   auto rules = rules_for(refinement.edges);
@@ -138,7 +138,7 @@ bool LinkageSession::Impl::is_check_due() const {
          check_.is_new(*newest_);
 }
 
-/// Publishes a result again with what was found out about it.
+/// Publishes a result again with the findings of its check.
 void LinkageSession::Impl::amend(const ShapeFound& found) {
   auto result = std::make_shared<LinkageResult>(*found.result);
   result->check = Check::kDone;
@@ -153,7 +153,7 @@ void LinkageSession::Impl::amend(const ShapeFound& found) {
   publish(std::move(result));
 }
 
-/// Designs come after what was edited before, and before what is found out about it.
+/// Designs come after earlier edits, and before the checks of their results.
 bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
   if (!design_.is_waiting()) {
     if (const auto found = check_.take()) {
@@ -174,8 +174,8 @@ bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
   return true;
 }
 
-/// Of large linkages a first shape, corrected with a factor at hand, is shown as soon as it is
-/// there; small ones are in equilibrium before another would be shown.
+/// For large linkages, a first shape, corrected with the available factor, is shown as soon as it
+/// exists; small ones reach equilibrium before another picture is due.
 void LinkageSession::Impl::solve(const Round& round) {
   const std::optional<RecalledAnswer> recalled =
       read([this] { return std::exchange(recalled_, std::nullopt); });
@@ -244,7 +244,7 @@ Eigen::VectorXd LinkageSession::Impl::shape_now() const {
   return live_->shape().coordinates(live_->model(), live_->state());
 }
 
-/// What any result of the task's own shape has.
+/// Members common to all results of the task's own shape.
 void LinkageSession::Impl::add_shape(LinkageResult& result) const {
   result.mean_angle = live_->state().mean_opening_angle();
   result.section_scales = live_->model().section_scales();

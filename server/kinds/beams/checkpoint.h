@@ -10,7 +10,7 @@ namespace limber::server {
 [[nodiscard]] proto::StoredBeams encode_beam_checkpoint(
     const session::BeamDocument::Checkpoint& checkpoint);
 /// @param revision  of the checkpoint
-/// @throws Refusal or Error where it is none. What is edited is not looked at:
+/// @throws Refusal or Error where it is none. References to edited objects are not checked:
 /// BeamDocument::demand_reachable()
 [[nodiscard]] session::BeamDocument::Checkpoint decode_beam_checkpoint(
     const proto::StoredBeams& message, session::Revision revision);

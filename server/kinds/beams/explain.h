@@ -4,7 +4,7 @@
 
 namespace limber::server {
 
-/// What was chosen for a session of a structure of beams, and what its newest result is worth.
+/// Explains the choices for a session of beams, and the quality of its newest result.
 /// @param status  with its result  @param scene  as the session has it
 [[nodiscard]] limber::v1::ExplainResponse explain_beams(const limber::v1::SessionStatus& status,
                                                         const limber::v1::BeamScene& scene);

@@ -18,8 +18,8 @@ std::uint64_t estimate_cut_beam_bytes(const beams::BeamModel& model, int element
   double numbers = 36 * (n + 2 * m);                     // second derivatives, and as triplets
   numbers += 36 * n * 20 * std::log2(std::max(2.0, n));  // factor of a surface's under dissection
   numbers += n * 200 + m * (400 + 8 * stations);         // states, kernels, the answer
-  // Of a node in a session's shape, position and rotation; of a solve's, its position as it is kept
-  // and in the answer of what lies far off, 6.
+  // A node takes 7 numbers in a session's shape (position and rotation); in a solve, its stored
+  // position and the answer for distant structures take 6.
   numbers += shapes * 7 * n;
   // A number in .csv, and named in .json.
   const double text = 24 * (13 * n + (42 + 10 * stations) * m) * 4;

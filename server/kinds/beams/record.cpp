@@ -20,7 +20,7 @@ BeamRecord::BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open
 
 namespace {
 
-/// What is held where it is must be told by values after the request, which undo takes away.
+/// A hold is stored with the values after the request, which an undo removes.
 void demand_held_apart(const proto::EditRequest& request) {
   bool holds = false, undoes = false;
   for (const proto::Edit& edit : request.edits()) {

@@ -19,7 +19,7 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
   BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open_job);
 
   [[nodiscard]] const DecodedBeams& opened() const { return opened_; }
-  /// What exports are made of: final results.
+  /// Final results, the source of exports.
   [[nodiscard]] ExportBook<session::BeamResult>& exports() { return exports_; }
   [[nodiscard]] const char* kind() const override { return "beams"; }
   [[nodiscard]] const char* subject() const override { return "a structure of beams"; }

@@ -24,7 +24,7 @@ namespace limber::server {
 beams::BeamDiscretisation demand_beam_memory(const DecodedBeams& scene,
                                              std::uint64_t session_bytes);
 
-/// What is wrong with a scene of beams: what opening it is refused with, or warnings, or nothing.
+/// Problems of a scene of beams: the error that refuses it, or warnings, or nothing.
 [[nodiscard]] std::vector<proto::Issue> beam_issues(const proto::Scene& message,
                                                     const std::string& prefix,
                                                     const EdgeLoader& load_edges,

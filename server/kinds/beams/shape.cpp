@@ -25,7 +25,7 @@ void demand_rows(const Eigen::Matrix3Xd& rows, std::size_t count, const std::str
     throw invalid(field, fmt::format("has {} rows, the structure {} {}", rows.cols(), count, what));
 }
 
-/// Squares of what is larger overflow.
+/// Squares of larger numbers overflow.
 constexpr double kLargest = 1e100;
 
 void demand_size(const Eigen::Matrix3Xd& rows, const std::string& field) {

@@ -25,7 +25,7 @@ constexpr EnumTable<beams::BeamMethod, proto::BeamMethod, proto::BeamMethod_MAX>
     {beams::BeamMethod::kRelaxation, proto::BEAM_METHOD_RELAXATION},
     {beams::BeamMethod::kRelaxationThenNewton, proto::BEAM_METHOD_RELAXATION_THEN_NEWTON}};
 
-/// Nobody is shown a cancelled analysis.
+/// A cancelled analysis is never shown.
 constexpr EnumTable<beams::BeamStatus, proto::BeamStatus, proto::BeamStatus_MAX> kBeamStatuses{
     {beams::BeamStatus::kConverged, proto::BEAM_STATUS_CONVERGED},
     {beams::BeamStatus::kStalled, proto::BEAM_STATUS_STALLED},

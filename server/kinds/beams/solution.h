@@ -13,7 +13,7 @@
 
 namespace limber::server {
 
-/// What a client asks to be solved, valid.
+/// A client's request to solve, valid.
 struct BeamRequest {
   beams::BeamModel model;
   beams::BeamSolveOptions options;
@@ -30,13 +30,13 @@ struct BeamRequest {
 /// UNSPECIFIED of a cancelled solve, and of a method that is still to be chosen.
 [[nodiscard]] proto::BeamStatus encode_beam_status(beams::BeamStatus status);
 [[nodiscard]] proto::BeamMethod encode_beam_method(beams::BeamMethod method);
-/// What a report says, with the snaps on the way to its answer.
+/// The text of a report, with the snaps along the path to its answer.
 [[nodiscard]] std::string beam_message(const beams::BeamReport& report);
 void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
                        google::protobuf::RepeatedPtrField<proto::BeamSnap>& messages);
 [[nodiscard]] proto::BeamNeutralDirection encode_beam_neutral_direction(
     const beams::BeamNeutralDirection& direction);
-/// Of a BeamSolution or a BeamInfo: neutral directions, and elements whose stability is not judged.
+/// For a BeamSolution or a BeamInfo: neutral directions, and elements of unjudged stability.
 template <class Message>
 void encode_beam_stability(const beams::BeamReport& report, Message& message) {
   for (const beams::BeamNeutralDirection& direction : report.neutral_directions)

@@ -19,14 +19,14 @@ struct DecodedBeams {
   std::string name;
   beams::BeamModel model;
   std::vector<proto::BeamSection> sections;
-  /// Of a scene: where opening begins; none: as drawn.
+  /// For a scene: the shape that opening begins in; none: as drawn.
   std::optional<beams::BeamState> shape;
-  /// Of a scene: elements that those of the structure are cut into.
+  /// For a scene: elements per element of the structure.
   beams::BeamDiscretisation discretisation = {};
 };
 
 /// A structure as it came, valid. Fields of errors are those of the message.
-/// @throws Refusal INVALID_ARGUMENT, Error as beams::validate, naming `field` and what is below it
+/// @throws Refusal INVALID_ARGUMENT, Error as beams::validate, naming `field` and its members
 [[nodiscard]] DecodedBeams decode_beam_structure(const proto::BeamStructure& message,
                                                  const std::string& field);
 
@@ -38,11 +38,11 @@ struct DecodedBeams {
                                                  const std::string& lines);
 
 /// A job of the public relaxation code with its mesh, valid.
-/// @throws Refusal or Error naming `field`; the message says which member of which file
+/// @throws Refusal or Error naming `field`; the message names the member and the file
 [[nodiscard]] DecodedBeams decode_beam_job(const proto::MeshFile& message,
                                            const std::string& field);
 
-/// Of edits. @throws Refusal naming `field` and what is below it
+/// For edits. @throws Refusal naming `field` and its members
 [[nodiscard]] beams::BeamSupport decode_support(const proto::BeamSupport& message,
                                                 const std::string& field);
 [[nodiscard]] beams::PrescribedMotion decode_beam_motion(const proto::BeamMotion& message,

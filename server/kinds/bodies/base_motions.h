@@ -22,8 +22,8 @@ namespace limber::server {
 /// @param resolve  the file that a path means, or throws naming the field
 [[nodiscard]] MotionReader base_motion_reader(PathResolver resolve);
 
-/// Whether it is a .pc2, as bytes or as a path: of single precision, and relative to the middle of
-/// a body that is far from the origin, as exports write it.
+/// Whether it is a .pc2, as bytes or as a path. It is then of single precision and, for a body far
+/// from the origin, relative to its middle, as exports write it.
 [[nodiscard]] bool is_point_cache(const proto::BaseMotion& motion);
 
 }  // namespace limber::server

@@ -28,7 +28,7 @@ inline constexpr const char* kNoSurface =
 /// Null for a scene without a surface.
 [[nodiscard]] std::shared_ptr<const CarriedSurface> carry_surface(const scene::Scene& scene);
 
-/// What its reader says of the file, and of where it lies.
+/// Its reader's remarks on the file and on its position.
 [[nodiscard]] std::vector<std::string> remarks_on(const CarriedSurface& surface);
 
 [[nodiscard]] proto::CarriedSurface encode_carried_surface(const CarriedSurface& surface);

@@ -121,7 +121,7 @@ session::PinPaths paths_at(std::uint32_t number, const Arrays& arrays) {
 scene::Keyframe decode(const proto::StoredKeyframe& message, const std::vector<Pose>& poses) {
   if (message.pose() >= poses.size()) throw malformed("a checkpoint lacks a pose");
   proto::Keyframe keyframe = message.keyframe();
-  keyframe.mutable_positions();  // stands for the pose
+  keyframe.mutable_positions();  // replaces the pose
   Faults faults(Faults::Mode::kCollect);
   scene::Keyframe read = decode_keyframe(keyframe, kField, {}, {}, faults);
   read.pose = poses[message.pose()];

@@ -10,7 +10,7 @@ namespace limber::server {
 [[nodiscard]] proto::StoredBody encode_body_checkpoint(
     const session::Document::Checkpoint& checkpoint);
 /// @param revision  of the checkpoint
-/// @throws Refusal or Error where it is none. What the body makes of it is not looked at:
+/// @throws Refusal or Error where it is none. References to the body are not checked:
 /// Document::demand_reachable()
 [[nodiscard]] session::Document::Checkpoint decode_body_checkpoint(const proto::StoredBody& message,
                                                                    session::Revision revision);

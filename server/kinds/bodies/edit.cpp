@@ -16,8 +16,8 @@ session::BodyEdit decode_move(const proto::MoveConstraint& message, const std::s
       message.id(), {message.target().x(), message.target().y(), message.target().z()}};
 }
 
-/// In a scene an end that is not given has a default. An edit is a wish: what it leaves out would
-/// be changed to that default unasked.
+/// In a scene an end that is not given has a default. In an edit, an omitted end would be changed
+/// to that default without a request.
 scene::End decode_given_end(proto::EndCondition end, const std::string& field) {
   if (end == proto::END_CONDITION_UNSPECIFIED)
     throw invalid(field, "missing: an edit of the ends names both");

@@ -9,7 +9,7 @@
 
 namespace limber::server {
 
-/// @param scene  whose mesh, fixed nodes and frames poses and pins have; load_mesh  as
+/// @param scene  scene with the mesh, fixed nodes and frames of poses and pins; load_mesh as
 /// decode_keyframe()
 /// @throws Refusal with fields "edits[i].add.constraint...."
 [[nodiscard]] std::vector<session::BodyEdit> decode_edits(const proto::EditRequest& request,

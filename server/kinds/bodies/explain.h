@@ -5,7 +5,7 @@
 
 namespace limber::server {
 
-/// What was chosen for a session of a body, and what its newest result is worth.
+/// Explains the choices for a session of a body, and the quality of its newest result.
 /// @param session  of the status, ready
 /// @param status  with model and result, as the session is ready
 /// @param columns  of the basis that the result is shown in, h'

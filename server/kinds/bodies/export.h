@@ -25,12 +25,12 @@ struct ComputedMotion {
 [[nodiscard]] std::shared_ptr<const JobMotion> job_motion(ComputedMotion motion);
 
 /// A motion as files, cut into parts of about 16 MB so that none is larger than a message may be.
-/// Point caches are of single precision: of a body far from the origin they and the .obj beside
-/// them are relative to its middle (scene::origin_for()), which a comment of the .obj says.
+/// Point caches are of single precision. For a body far from the origin, they and the .obj next to
+/// them are relative to its middle (scene::origin_for()), which a comment of the .obj states.
 struct MotionExport {
   std::shared_ptr<const session::Geometry> geometry;
   int frame_count = 0;
-  /// Of `count` frames from `first` on, 3 source nodes x count [scene units].
+  /// Positions of `count` frames from `first` on, 3 source nodes x count [scene units].
   std::function<Eigen::MatrixXd(int first, int count)> positions;
   std::string stem;
   double frames_per_second = 30;
@@ -51,8 +51,8 @@ struct MotionExport {
                  proto::ExportResponse& response) const;
 };
 
-/// A scene as .json with the mesh as .vtu and the base motion, if there is one, as .pc2 beside it:
-/// what `limber validate` and OpenSession read again.
+/// A scene as .json, next to its mesh as .vtu and its base motion, if there is one, as .pc2: files
+/// that `limber validate` and OpenSession read again.
 [[nodiscard]] proto::ExportResponse export_scene(const scene::Scene& scene,
                                                  const std::string& stem);
 

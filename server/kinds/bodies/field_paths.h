@@ -9,8 +9,8 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// A field of the engine's scene as one of the message: the last of a mesh's materials are those of
-/// `material_groups`, and what constraints and keyframes are given by is found by field_in().
+/// A field of the engine's scene as one of the message. The last of a mesh's materials are those of
+/// `material_groups`; the places of constraints and keyframes are found by field_in().
 /// @param scene  as decoded from `message`
 [[nodiscard]] std::string body_field_in(const proto::Scene& message, const scene::Scene& scene,
                                         const std::string& field);

@@ -18,9 +18,9 @@ Eigen::Map<const Eigen::VectorXd> rest_of(const session::Geometry& geometry) {
   return {geometry.rest.data(), geometry.rest.size()};
 }
 
-/// rest + B q, column by column: 3 nodes x frames in single precision. What is rounded first is the
-/// displacement, so the error is relative to the motion and, once added, half a unit in the last
-/// place of the position.
+/// rest + B q, column by column: 3 nodes x frames in single precision. Only the displacement is
+/// rounded before the sum, so the error is relative to the motion and, once added, half a unit in
+/// the last place of the position.
 Eigen::MatrixXf positions_of(const session::BodyResult& result, const session::Geometry& geometry,
                              FrameRange range) {
   Eigen::MatrixXf positions = displacements_of(result, geometry, range);

@@ -26,8 +26,8 @@ namespace limber::server {
 ///
 /// COORDINATES copies q. POSITIONS is rest + B q: [nodes x 3] per frame [length unit], in single
 /// precision but far from the origin (scene::precision_for()). POSITIONS_QUANTISED rounds those to
-/// 65536 levels of the box around the range's own frames. Of early frames the range counts from the
-/// first of them. SURFACE is of the vertices of the surface. @pre it is not null
+/// 65536 levels of the box around the range's own frames. For early frames, the range counts from
+/// the first of them. SURFACE is of the vertices of the surface. @pre it is not null
 [[nodiscard]] proto::Frames encode_frames(const session::BodyResult& result,
                                           const session::Geometry& geometry,
                                           proto::Encoding encoding, FrameRange range,

@@ -13,8 +13,8 @@ namespace limber::server {
   return {limits.mesh_tets, limits.frames, limits.constraints, limits.session_bytes};
 }
 
-/// What the arrays of a mesh file may take: room for so many tets with as many nodes of their own,
-/// and for cells that are no tets.
+/// Limits for the arrays of a mesh file: room for so many tets with as many nodes of their own, and
+/// for cells that are no tets.
 [[nodiscard]] inline scene::MeshReadLimits mesh_read_limits(const ServiceLimits& limits) {
   constexpr std::uint64_t kBytesOfTet = 1024, kMinBytes = 256ull << 20, kMaxBytes = 64ull << 30;
   const std::uint64_t most_tets = limits.mesh_tets, most_bytes = limits.session_bytes;

@@ -102,7 +102,7 @@ int keyframe_rows(const scene::Scene& scene) { return scene::candidate_mode_coun
 
 std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes, int tets) {
   const auto n = static_cast<std::uint64_t>(nodes), m = static_cast<std::uint64_t>(tets);
-  // Of the pose, of the scene and mapped; and what modes leave of it.
+  // The pose itself, that of the scene and the mapped one; and its part beyond the modes.
   return keyframes * (3 * 3 * sizeof(double) * n + 9 * sizeof(float) * m);
 }
 

@@ -10,8 +10,8 @@
 namespace limber::server {
 
 /// Loads meshes that come as a path, a file or a sample.
-/// @param resolve  the file of this machine that a path means, or throws naming the field
-/// What is made throws Refusal or Error naming `field` + ".path", ...
+/// @param resolve  the file of this machine that a path means, or throws naming the field. The
+/// loader throws Refusal or Error naming `field` + ".path", ...
 [[nodiscard]] MeshLoader mesh_loader(PathResolver resolve, scene::MeshReadLimits limits = {});
 
 /// The bytes of a file of this machine. @throws Error naming `field`

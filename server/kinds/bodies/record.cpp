@@ -226,7 +226,7 @@ void BodyRecord::describe(proto::SessionStatus& status) const {
     const std::lock_guard lock(mutex_);
     status.set_constraints(static_cast<std::uint32_t>(constraints_));
     if (model_) *status.mutable_model() = *model_;
-    // A model that has grown since is told as it is now.
+    // The message describes the present model, which may have grown.
     if (model_ && state_ == session::State::kReady) status.set_message(model_->message());
   }
   if (session) status.set_revision(session->revision());

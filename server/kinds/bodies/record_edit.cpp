@@ -53,7 +53,7 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request,
                   moves_pins ? Pins::kEdited : Pins::kAsTheyAre);
   }
   const session::EditReceipt receipt = make_edits(request, edits, author);
-  // Edits with poses may be worked on beside others.
+  // Edits with poses may be processed in parallel to others.
   const bool known = after && poses == 0;
   constraints_changed(known ? *after : session->constraints().size());
   return encode_receipt(receipt);

@@ -7,7 +7,7 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// What is wanted beside the scene; absent fields get the defaults that the .proto states.
+/// The settings besides the scene; absent fields get the defaults that the .proto states.
 /// @throws Refusal OUT_OF_RANGE naming a number of frames that is no int
 [[nodiscard]] session::RecoveryRequest decode_recovery(const proto::RecoverRequest& message);
 

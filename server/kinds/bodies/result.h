@@ -11,7 +11,7 @@ namespace proto = limber::v1;
 /// scene units
 [[nodiscard]] proto::ResultInfo encode_result(const session::BodyResult& result,
                                               double length_unit);
-/// Of a session that is ready; empty before.
+/// The model of a session that is ready; empty before.
 [[nodiscard]] proto::ModelInfo encode_model(const session::BodySession& session);
 
 }  // namespace limber::server

@@ -14,7 +14,7 @@
 
 namespace limber::server {
 
-/// What a scene may at most hold; 0: no limit.
+/// Upper limits on a scene; 0: no limit.
 struct SceneLimits {
   std::uint64_t mesh_tets = 0;
   std::uint32_t frames = 0;
@@ -71,7 +71,7 @@ struct DecodedScene {
                                         const SceneLimits& limits, const SceneReaders& readers,
                                         Faults& faults);
 
-/// Where a mesh comes as arrays. @throws Refusal
+/// Decodes a mesh given as arrays. @throws Refusal
 [[nodiscard]] bodies::TetMesh decode_mesh(const proto::MeshArrays& message,
                                           const std::string& field);
 [[nodiscard]] proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh);
@@ -82,15 +82,15 @@ struct DecodedScene {
 /// The base motion of a scene that has one, as positions.
 [[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
 
-/// Paths of the scene's fixed nodes, 3 fixed x frames [scene unit]; scene::pins_fault() says what
-/// is wrong with their numbers.
+/// Paths of the scene's fixed nodes, 3 fixed x frames [scene unit]; scene::pins_fault() checks
+/// their numbers.
 [[nodiscard]] Eigen::MatrixXd decode_pin_paths(const proto::Array& message,
                                                const std::string& field, const scene::Scene& scene);
 
 /// @param field  path of the start, for errors
 [[nodiscard]] std::shared_ptr<const scene::StartMotion> decode_start(const proto::Scene& message,
                                                                      const std::string& field);
-/// What a scene that begins in this answer has.
+/// The start motion of a scene that begins in this answer.
 [[nodiscard]] proto::ModalMotion encode_start(const session::BodyResult& result);
 
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,

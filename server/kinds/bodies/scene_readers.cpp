@@ -21,7 +21,7 @@ std::string material_name(const std::string& name, const std::string& field) {
   return name;
 }
 
-/// The material files beside an .obj of this machine, as far as they may be read.
+/// The material files in the folder of an .obj of this machine, as far as they may be read.
 void add_materials(const std::string& path, const std::string& field, const PathResolver& resolve,
                    scene::DetailedSurface& surface) {
   if (scene::surface_ending(surface.name) != ".obj") return;

@@ -91,7 +91,7 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
     if (reported.emplace(message.field(), message.message()).second)
       issues.push_back(std::move(message));
   }
-  if (!faults.found().empty()) return issues;  // what was not read has no size
+  if (!faults.found().empty()) return issues;  // items that were not read have no size
   Faults memory(Faults::Mode::kCollect);
   memory.try_to([&] { demand_memory(decoded.scene, limits); });
   for (const auto& fault : memory.found()) issues.push_back(encode_fault(fault));

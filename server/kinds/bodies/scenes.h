@@ -11,9 +11,10 @@ namespace limber::server {
 /// One of limber's own scenes as a message; its mesh is named, not sent.
 [[nodiscard]] proto::Scene sample_scene(const std::string& name);
 
-/// What scene::validate() finds, and what only a session would refuse. Fields are the engine's.
+/// The issues of scene::validate(), and those that only a session would refuse. Fields are the
+/// engine's.
 [[nodiscard]] std::vector<scene::Issue> all_issues(const scene::Scene& scene);
-/// @throws Refusal LIMIT_EXCEEDED for a scene whose session would take more memory than it may
+/// @throws Refusal LIMIT_EXCEEDED for a scene whose session would exceed the memory limit
 void demand_memory(const scene::Scene& scene, const SceneLimits& limits);
 
 /// All that can be reported of a scene before it is opened: what cannot be read, and all that

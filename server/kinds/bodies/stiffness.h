@@ -6,7 +6,7 @@
 
 namespace limber::server {
 
-/// Gives the tets of a decoded scene, whose mesh and surface are read, the materials that are
+/// Gives the tets of a decoded scene, with mesh and surface already read, the materials that are
 /// painted on them.
 /// @param field  path of the message, for errors
 /// @param read  the bytes of a file of this machine

@@ -7,7 +7,7 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// Of a surface's mesh: how near it is to the surface.
+/// For a surface's mesh: its distance to the surface.
 proto::TetrahedralizationReport encode_report(const scene::Tetrahedralization& result);
 
 }  // namespace limber::server

@@ -10,7 +10,7 @@ namespace limber::server {
 [[nodiscard]] proto::StoredLinkage encode_linkage_checkpoint(
     const session::LinkageDocument::Checkpoint& checkpoint);
 /// @param revision  of the checkpoint
-/// @throws Refusal or Error where it is none. What is edited is not looked at:
+/// @throws Refusal or Error where it is none. References to edited objects are not checked:
 /// LinkageDocument::demand_reachable()
 [[nodiscard]] session::LinkageDocument::Checkpoint decode_linkage_checkpoint(
     const proto::StoredLinkage& message, session::Revision revision);

@@ -92,7 +92,7 @@ rods::SurfaceMesh decode_mesh(const proto::DesignSurface& message, const std::st
   throw invalid(field, "a surface needs a file, a path, triangles or points");
 }
 
-/// What readers and the engine find wrong with a surface has its source as field.
+/// Errors of readers and the engine about a surface get its source as field.
 template <class Make>
 auto with_surface_fields(const proto::DesignSurface& message, const std::string& field,
                          const Make& make) {
@@ -159,7 +159,7 @@ void encode_placement(const rods::SurfacePlacement& placement, proto::SurfacePla
   encode(placement.translation, *message.mutable_translation());
 }
 
-/// What is varied, and what has come of its trials.
+/// Encodes the variables, and the outcomes of its trials.
 void encode_course(const session::DesignInfo& info, double length_unit,
                    proto::DesignInfo& message) {
   message.set_lengths(kLengthVariables.encode(info.variables.lengths));

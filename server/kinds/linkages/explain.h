@@ -5,10 +5,10 @@
 
 namespace limber::server {
 
-/// What was chosen for a session of a linkage, and what its newest result is worth.
+/// Explains the choices for a session of a linkage, and the quality of its newest result.
 /// @param status  with its result
 /// @param linkage  as the session has it: with edges per segment, also where it chose them
-/// @param edges  who chose those
+/// @param edges  how their number was chosen
 [[nodiscard]] limber::v1::ExplainResponse explain_linkage(const limber::v1::SessionStatus& status,
                                                           const limber::v1::RodLinkage& linkage,
                                                           ChosenBy edges);

@@ -36,7 +36,7 @@ struct LinkageExport {
 
   [[nodiscard]] proto::ExportResponse vtp(std::uint32_t part) const {
     const auto steps = static_cast<std::uint32_t>(result->frames->cols());
-    // Point data are a dozen fields and a director; the rest is small beside them.
+    // Point data are a dozen fields and a director; the rest is small in comparison.
     const std::size_t bytes = static_cast<std::size_t>(result->statics->stations()) * 80 + 4000;
     const auto at_once = static_cast<std::uint32_t>(
         std::clamp<std::size_t>(kPartBytes / bytes, 1, std::max(steps, 1U)));

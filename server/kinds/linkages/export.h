@@ -5,9 +5,9 @@
 
 namespace limber::server {
 
-/// A part of the files of a linkage's newest final shape: EXPORT_FORMAT_VTP (a file for each
-/// equilibrium along the path), _OBJ, _JSON, or _SCENE (with the lines as .obj beside it, which
-/// `limber open` reads again). Parts have about 16 MB.
+/// A part of the files of a linkage's newest final shape. Formats: EXPORT_FORMAT_VTP (a file for
+/// each equilibrium along the path), _OBJ, _JSON, or _SCENE (with the lines as .obj next to it,
+/// which `limber open` reads again). Parts have about 16 MB.
 /// @throws Refusal naming `format` for those of bodies, OUT_OF_RANGE naming `part`,
 /// FAILED_PRECONDITION where there is no final result yet
 [[nodiscard]] proto::ExportResponse export_linkage(LinkageRecord& record,

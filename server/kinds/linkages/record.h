@@ -27,7 +27,7 @@ class LinkageRecord final
   [[nodiscard]] const Opened& opened() const { return opened_; }
   /// Ids of jobs of designs, and their ends.
   [[nodiscard]] JobRegistry& jobs() { return hub_.jobs; }
-  /// What exports are made of: final results.
+  /// Final results, the source of exports.
   [[nodiscard]] ExportBook<session::LinkageResult>& exports() { return exports_; }
   [[nodiscard]] const char* kind() const override { return "linkages"; }
   [[nodiscard]] const char* subject() const override { return "a rod linkage"; }

@@ -17,8 +17,8 @@ namespace limber::server {
 [[nodiscard]] proto::ResultInfo encode_linkage_result(const session::LinkageResult& result,
                                                       double length_unit);
 
-/// What a stored result says of its answer; empty where that is none to return to: not final,
-/// cancelled, or of a design.
+/// The answer that a stored result states; empty if it cannot be returned to: not final, cancelled,
+/// or of a design.
 [[nodiscard]] std::optional<session::RecalledAnswer> decode_linkage_answer(
     const proto::ResultInfo& info);
 

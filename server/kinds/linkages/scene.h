@@ -16,8 +16,8 @@ namespace limber::server {
 using LineLoader =
     std::function<rods::LineMesh(const proto::LineSource& source, const std::string& field)>;
 
-/// The linkage of a scene that has one; what is left out gets the defaults the .proto states.
-/// Numbers are checked as far as the wire goes; the engine does the rest.
+/// The linkage of a scene that has one; omitted members get the defaults the .proto states. Numbers
+/// are checked as far as the wire goes; the engine does the rest.
 /// @param prefix  path of the message, "scene." or empty
 /// @throws Refusal or Error with a path below `prefix`; also for fields that only bodies have
 [[nodiscard]] scene::Linkage decode_linkage(const proto::Scene& message, const std::string& prefix,
@@ -28,7 +28,7 @@ using LineLoader =
 /// A field of the engine's linkage as one of the scene.
 [[nodiscard]] std::string linkage_field_in(const proto::Scene& message, const std::string& field);
 
-/// Conditions and erection alone. @throws Refusal or Error naming `field` and what is below it
+/// Conditions and erection alone. @throws Refusal or Error naming `field` and its members
 [[nodiscard]] scene::LinkageConditions decode_linkage_conditions(const proto::RodLinkage& message,
                                                                  const std::string& field);
 /// The message that decodes to the same conditions, to the last digit; its other fields are empty.
@@ -43,7 +43,7 @@ using LineLoader =
                                                  const std::string& field);
 [[nodiscard]] scene::JointLoad decode_load(const proto::JointLoad& message,
                                            const std::string& field);
-/// In radian. @param joint  whose angle it is, for the message; empty: a mean, or a bound
+/// In radian. @param joint  the joint of the angle, for the message; empty: a mean, or a bound
 /// @throws Refusal OUT_OF_RANGE unless it is in (-180, 180)
 [[nodiscard]] double decode_angle(double degrees, const std::string& field,
                                   std::optional<int> joint = {});

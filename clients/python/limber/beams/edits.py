@@ -1,4 +1,4 @@
-"""Edits of structures of beams as values: what BeamSession.edit([...]) takes. Nodes and elements count from 0."""
+"""Edits of structures of beams as values, for BeamSession.edit([...]). Nodes and elements count from 0."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def _set_axes(made: "messages.BeamSupport | messages.BeamMotion", axes: "Sequenc
 
 def support(node: int, translations: str = "xyz", rotations: str = "xyz",
             axes: "Sequence[Vector] | None" = None) -> "service.Edit":
-    """Directions in which a node is where it is drawn: translations along and rotations about these axes; none of both:
-    no support any more. axes: two directions in place of x and y (the third is perpendicular to both)."""
+    """Fixes directions of a node at their drawn positions: translations along and rotations about these axes; none of both
+    removes the support. `axes`: two directions in place of x and y (the third is perpendicular to both)."""
     made = messages.BeamSupport(node=checks.whole(node, "node"))
     for axis in _letters(translations, "translations"):
         setattr(made, f"fix_{axis}", True)
@@ -48,9 +48,10 @@ def move(node: int, *, x: float | None = None, y: float | None = None, z: float 
          position: "Vector | None" = None, rotation: "Vector | None" = None, rotation_x: float | None = None,
          rotation_y: float | None = None, rotation_z: float | None = None,
          axes: "Sequence[Vector] | None" = None) -> "service.Edit":
-    """Brings a node somewhere and holds it there: x, y, z from where it is drawn, or a position [m]; rotation: a
-    rotation vector from rest [radian], of any length, or rotation_x, _y, _z about single axes. What is not given stays
-    as it is. axes: two directions in place of x and y (the third is perpendicular to both), as the node's support has."""
+    """Moves a node and holds it there. `x`, `y`, `z`: displacement from the drawn position, or `position`: a position [m].
+    `rotation`: a rotation vector from rest [radian], of any length, or rotation_x, _y, _z about single axes. Directions that are
+    not given stay unchanged. `axes`: two directions in place of x and y (the third is perpendicular to both), as the node's
+    support has."""
     motion = messages.BeamMotion(node=checks.whole(node, "node"))
     for axis, value in zip(_AXES, (x, y, z)):
         if value is not None:
@@ -89,19 +90,19 @@ def _load(node: int, force: Vector, moment: Vector, follows: bool) -> "messages.
 
 
 def load(node: int, force: Vector = (0, 0, 0), moment: Vector = (0, 0, 0), follows: bool = False) -> "service.Edit":
-    """Replaces what loads a node: force [N], moment [N m]; follows: they turn with it. Nothing: no load."""
+    """Replaces the loads of a node: force [N], moment [N m]; follows: they turn with it. Nothing: no load."""
     return service.Edit(set_beam_load=service.SetBeamLoad(load=_load(node, force, moment, follows)))
 
 
 def element_load(element: int, force: Vector = (0, 0, 0), follows: bool = False) -> "service.Edit":
-    """Replaces what is distributed over an element [N/m]."""
+    """Replaces the distributed load of an element [N/m]."""
     made = messages.BeamDistributedLoad(element=checks.whole(element, "element"), force=vector(force, "force"),
                                         follows=checks.flag(follows, "follows"))
     return service.Edit(set_beam_element_load=service.SetBeamElementLoad(load=made))
 
 
 def push(node: int, force: Vector = (0, 0, 0), moment: Vector = (0, 0, 0)) -> "service.Edit":
-    """Acts while what the other edits of the request change is brought on, and is gone in the end."""
+    """A load that acts during the other edits of the request, and is removed in the end."""
     return service.Edit(push_beam_node=service.PushBeamNode(load=_load(node, force, moment, False)))
 
 

@@ -13,7 +13,7 @@ from ..messages import service
 
 @dataclass(frozen=True)
 class BeamGeometry:
-    """What stays the same for all shapes of a structure of beams."""
+    """Data common to all shapes of a structure of beams."""
 
     rest: np.ndarray      # nodes x 3, float32, or float64 far from the origin, as drawn [m]
     elements: np.ndarray  # elements x 2, int32: their nodes

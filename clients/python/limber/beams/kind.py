@@ -1,4 +1,4 @@
-"""What the modules that all kinds share know of structures of beams."""
+"""Entry of structures of beams for the modules that all kinds share."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ class Beams(Kind):
         scenes.upload_files(scene, folder)
 
     def advice(self, path: Path) -> str:
-        """A .ply of lines beside a job is no surface."""
+        """A .ply of lines in the folder of a job is no surface."""
         is_beside_job = (path.parent / structures.JOB).is_file()
         return f"{path.parent} is a job of the public relaxation code: open the folder" if is_beside_job else ""

@@ -89,8 +89,8 @@ def _size(section: Any, scale: float) -> "tuple[float, float, str]":
 
 def _bent(elements: "tuple[int, ...]", at_nodes: "list[int]", structure: Any, pairs: np.ndarray,
           solution: "BeamSolution") -> "list[tuple[float, float]]":
-    """Curvature at each node of a member [1/m], to its side and towards its normal, of the circle through the node and those
-    before and behind it; NaN at its ends."""
+    """Curvature at each node of a member [1/m], to its side and towards its normal; NaN at its ends. It is that of the circle
+    through the node and those before and behind it."""
     third = section_axes(structure)[2]
     made = [(float("nan"), float("nan"))]
     points = solution.positions[at_nodes]
@@ -121,7 +121,7 @@ def _joined(made: "list[Lath]", positions: np.ndarray) -> "tuple[Lath, ...]":
 
 
 def _direction(lath: Lath, i: int, positions: np.ndarray) -> np.ndarray:
-    """Of a member at one of its nodes, all of which are holes still."""
+    """Direction of a member at one of its nodes, all of which are holes still."""
     at = [hole.joint for hole in lath.holes]
     edges = [_unit(positions[at[k + 1]] - positions[at[k]]) for k in (i - 1, i) if 0 <= k < len(at) - 1]
     return _unit(np.sum(edges, axis=0))

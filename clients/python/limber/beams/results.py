@@ -12,8 +12,8 @@ from .solutions import BeamNeutralDirection, BeamSnap
 
 @dataclass(frozen=True)
 class BeamResult(Result):
-    """One published shape of a structure of beams. Of a result that is not final, nothing more is known than that.
-    status: "CONVERGED", "STALLED", "SADDLE" (balanced, but unstable), "UNBALANCED" (a mechanism), "ITERATION_LIMIT",
+    """One published shape of a structure of beams. For a result that is not final, nothing more is known than the shape.
+    `status`: "CONVERGED", "STALLED", "SADDLE" (balanced, but unstable), "UNBALANCED" (a mechanism), "ITERATION_LIMIT",
     "CANCELLED"; energy: elastic [J]."""
 
     method: str = ""            # of the answer: "newton" follows the branch, "relaxation_then_newton" does not

@@ -15,15 +15,15 @@ from .structures import BeamsLike, structure_of
 def beam_scene(structure: "BeamsLike | None" = None, *, lines: "str | os.PathLike[str] | None" = None,
                name: str = "", elements_per_member: int | None = None,
                tolerance: float | None = None) -> "messages.Scene":
-    """A scene of a structure of beams, to open: a mapping or file (JSON form of limber.v1.BeamStructure), a message, or
-    a job of the public relaxation code (its folder, or SimulationJob.json).
+    """A scene of a structure of beams, to open. `structure`: a mapping or file (JSON form of limber.v1.BeamStructure), a message,
+    or a job of the public relaxation code (its folder, or SimulationJob.json).
 
     lines: a .ply (with normals) or .obj whose edges are the elements; the structure has the rest then: sections (every
     element gets the first), supports, motions, loads.
 
-    elements_per_member: that each beam is cut into, 1 to 64 (default 1). tolerance: share of the structure's size by which
-    positions may be off, (0, 0.1], in place of it: the server cuts beams into as many elements as that takes. Nodes and
-    elements stay those of the structure.
+    elements_per_member: elements of each beam, 1 to 64 (default 1). `tolerance`, its alternative: share of the structure's size
+    by which positions may be off, (0, 0.1]. The server cuts beams into as many elements as that takes. Nodes and elements stay
+    those of the structure.
     """
     scene = messages.Scene(name=checks.text(name, "name"))
     if structure is None:

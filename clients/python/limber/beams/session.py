@@ -23,8 +23,8 @@ from .solutions import BeamSolution
 
 
 class BeamSession(OpenSession):
-    """A session of a structure of beams. Made by Server.open() or Server.session(). Nodes and elements count from 0, SI
-    units. An edit continues from the current equilibrium: what changes is brought on step by step."""
+    """A session of a structure of beams. Made by Server.open() or Server.session(). Nodes and elements count from 0, SI units. An
+    edit continues from the current equilibrium: changes are applied step by step."""
 
     FORMATS = {"vtu": service.EXPORT_FORMAT_VTU, "csv": service.EXPORT_FORMAT_CSV, "json": service.EXPORT_FORMAT_JSON,
                "scene": service.EXPORT_FORMAT_SCENE}
@@ -40,7 +40,7 @@ class BeamSession(OpenSession):
         return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
 
     def structure(self) -> "beam_structure.BeamStructure":
-        """Nodes, elements, and what every client's edits made of supports, motions and loads."""
+        """Nodes, elements, and supports, motions and loads after the edits of all clients."""
         return self.scene().beams.structure
 
     # ---- edits ----
@@ -67,21 +67,21 @@ class BeamSession(OpenSession):
         return self.edit([edits.hold(node, translations, rotations)])
 
     def load(self, node: int, force: Vector = (0, 0, 0), moment: Vector = (0, 0, 0), follows: bool = False) -> Receipt:
-        """Replaces what loads a node: force [N], moment [N m]; follows: they turn with it. Nothing: no load."""
+        """Replaces the loads of a node: force [N], moment [N m]; follows: they turn with it. Nothing: no load."""
         return self.edit([edits.load(node, force, moment, follows)])
 
     def element_load(self, element: int, force: Vector = (0, 0, 0), follows: bool = False) -> Receipt:
-        """Replaces what is distributed over an element [N/m]."""
+        """Replaces the distributed load of an element [N/m]."""
         return self.edit([edits.element_load(element, force, follows)])
 
     def gravity(self, gravity: Vector) -> Receipt:
         """[m/s^2]"""
         return self.edit([edits.gravity(gravity)])
 
-    # ---- shapes and what they carry ----
+    # ---- shapes and their forces ----
 
     def geometry(self) -> BeamGeometry:
-        """What stays the same for all shapes; fetched once."""
+        """Data common to all shapes; fetched once."""
         if self._geometry is None:
             message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.reference),
                                            timeout=max(60.0, self.connection.timeout))
@@ -92,7 +92,7 @@ class BeamSession(OpenSession):
         return self.geometry() if frames.encoding == service.ENCODING_COORDINATES else None
 
     def rotations(self, first: int = 0, count: int = 0, final: bool = False) -> np.ndarray:
-        """Of the frames: frames x nodes x 4 float32, quaternions w, x, y, z from rest."""
+        """Rotations in the frames: frames x nodes x 4 float32, quaternions w, x, y, z from rest."""
         return self.geometry().rotations(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
 
     def solution(self, stations: int = 11) -> BeamSolution:
@@ -106,8 +106,8 @@ class BeamSession(OpenSession):
         return solution
 
     def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> BeamResult:
-        """As of every session; warns (limber.StrengthWarning) where a stress of a final result is beyond the yield stress, and once
-        of a result on the way to which the structure snapped (limber.SnapWarning)."""
+        """As for every session. Warns (limber.StrengthWarning) if a stress of a final result is beyond the yield stress, and once
+        if the structure snapped on the path to a result (limber.SnapWarning)."""
         result = super().wait(revision, until, timeout)
         self.warn_of_snaps(result, [str(snap) for snap in result.snaps], stacklevel=2)
         solutions.warn_of_strength(result.utilisation, f"the structure of session {self.id}", stacklevel=2)
@@ -159,7 +159,7 @@ class BeamSession(OpenSession):
 
     def laths(self, unit: str = "mm", overhang: float | None = None, straight: float = laths.STRAIGHT, *,
               hole: float | None = None, edge_distance: float = EDGE_DISTANCE) -> Laths:
-        """The members that are to be cut, as drawn, with the largest stress of each in the newest equilibrium: elements of one
-        section that go on at a node turning by at most `straight` [degree]. unit: of all lengths, "mm", "cm", "m" or "in";
-        hole, overhang, edge_distance: of holes where members meet, as LinkageSession.laths has them."""
+        """The members to be cut, as drawn, with the largest stress of each in the newest equilibrium. A member is elements of one
+        section that continue at a node with a turn of at most `straight` [degree]. `unit`: of all lengths, "mm", "cm", "m" or
+        "in"; hole, overhang, edge_distance: for holes where members meet, as in LinkageSession.laths."""
         return laths.of(self, unit, overhang, straight, hole, edge_distance)

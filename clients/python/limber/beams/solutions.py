@@ -1,4 +1,4 @@
-"""Equilibria of structures of beams: what is asked for, and the answer."""
+"""Equilibria of structures of beams: requests and answers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class StrengthWarning(UserWarning):
 
 
 def warn_of_strength(utilisation: float, where: str, stacklevel: int) -> None:
-    """utilisation: the largest; stacklevel: as of warnings.warn, of whoever calls this."""
+    """utilisation: the largest; stacklevel: as in warnings.warn, counted from the caller."""
     if utilisation > 1:
         warnings.warn(f"{where} is overloaded: the largest stress is {utilisation:.3g} times the yield stress, and limber computes on "
                       "as if nothing yielded", StrengthWarning, stacklevel=stacklevel + 1)
@@ -40,7 +40,7 @@ def warn_of_strength(utilisation: float, where: str, stacklevel: int) -> None:
 
 @dataclass(frozen=True)
 class BeamSnap:
-    """Where along the path the structure jumped to another shape."""
+    """Place on the path at which the structure jumped to another shape."""
 
     progress: float  # share of the path, 0 .. 1
     turn: float      # of a node or element, the largest [radian]
@@ -78,7 +78,7 @@ def snaps_of(snaps: "Iterable[messages.BeamSnap]") -> tuple[BeamSnap, ...]:
 
 @dataclass(frozen=True)
 class BeamSolution:
-    """Where a structure of beams rests, and what is in it. SI units; rows are nodes or elements."""
+    """Equilibrium of a structure of beams, and its forces and stresses. SI units; rows are nodes or elements."""
 
     status: str  # "CONVERGED", "STALLED", "UNSTABLE", "MECHANISM", "ITERATION_LIMIT"
     method: str  # that gave the answer: "newton", "relaxation", "relaxation_then_newton"
@@ -107,7 +107,7 @@ class BeamSolution:
     shapes: np.ndarray  # (shapes, nodes, 3), float32, or float64 far from the origin: positions along the path
     job: int  # 0: of a session
     snaps: tuple[BeamSnap, ...] = ()  # where the structure left the branch of equilibria
-    issues: tuple[str, ...] = ()  # warnings: what has no effect, and what is left out
+    issues: tuple[str, ...] = ()  # warnings: input without effect, and parts left out
     negative_eigenvalues: int | None = None  # of the stiffness: 0 at a minimum; None where nothing balances
     neutral_directions: tuple[BeamNeutralDirection, ...] = ()
     unjudged_elements: tuple[int, ...] = ()  # too long to show how they buckle: their stability is not judged
@@ -150,13 +150,13 @@ class BeamSolution:
         return sum(self.energies.values())
 
     def write(self, folder: "str | os.PathLike[str]" = ".") -> tuple[Path, ...]:
-        """Writes the files that solve_beams(files=..) asked for."""
+        """Writes the files that solve_beams(files=..) requested."""
         return tuple(write_exported(checks.path(folder, "folder"), file) for file in self._files)
 
 
 def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,
             shapes: int, follow: bool, stations: int, estimate: bool) -> "messages.SolveBeamsRequest":
-    """What is sent."""
+    """The request."""
     made = messages.SolveBeamsRequest(method=METHODS[checks.one_of(method, METHODS, "method")],
                                       stem=checks.text(stem, "stem"), shapes=checks.whole(shapes, "shapes"),
                                       follow=checks.flag(follow, "follow"), stations=checks.whole(stations, "stations"),
@@ -170,7 +170,7 @@ def request(structure: BeamsLike, *, method: str, tolerance: float | None, files
 
 
 def made_of(job: "service.GetJobResponse") -> BeamSolution:
-    """Of a job that is done."""
+    """Solution of a job that is done."""
     made = from_message(job.beams, job.status.job, tuple(job.files), tuple(issue_text(issue) for issue in job.issues))
     if not job.HasField("discretisation_error"):
         return made

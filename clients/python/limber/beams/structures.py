@@ -27,8 +27,8 @@ def is_job(path: Path) -> bool:
 
 
 def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStructure | scene.MeshFile":
-    """A structure (JSON form of limber.v1.BeamStructure), that of a scene file, or a job of the public relaxation code:
-    its folder or its SimulationJob.json, with the mesh that it names and DRMSettings.json from beside it."""
+    """A structure (JSON form of limber.v1.BeamStructure), that of a scene file, or a job of the public relaxation code. A job is
+    its folder or its SimulationJob.json, with the mesh that it names and DRMSettings.json from the same folder."""
     path = checks.path(path, "structure")
     if path.is_dir():
         path = path / JOB
@@ -51,7 +51,7 @@ def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStruct
 
 
 def _of_scene(drawn: "scene.Scene", what: str) -> "beam_structure.BeamStructure | scene.MeshFile":
-    """What a scene of beams is solved as when it is drawn."""
+    """Structure that is solved for a scene of beams when it is drawn."""
     if drawn.beams.HasField("lines"):
         raise invalid("structure.beams.lines", f"the nodes of {what} come from a file of lines: open() reads it")
     return drawn.beams.job if drawn.beams.HasField("job") else drawn.beams.structure

@@ -10,8 +10,8 @@ ROUND = 8  # corners of tubes
 
 
 def section_axes(structure: "messages.BeamStructure") -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
-    """Axes 1, 2 and 3 of each element as drawn, elements x 3: axis 3 points to the element's normal or the mean of its
-    nodes', else to z, else to x."""
+    """Axes 1, 2 and 3 of each element as drawn, elements x 3. Axis 3 points to the element's normal or the mean of its nodes',
+    else to z, else to x."""
     nodes = np.array([[node.position.x, node.position.y, node.position.z] for node in structure.nodes])
     normals = np.array([[node.normal.x, node.normal.y, node.normal.z] if node.HasField("normal") else [0, 0, 1]
                         for node in structure.nodes], dtype=float)
@@ -49,8 +49,8 @@ def outline(section: "messages.BeamSection") -> np.ndarray:
 
 def swept(structure: "messages.BeamStructure", positions: np.ndarray,
           rotations: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
-    """Triangles x 3, outward, and their vertices, frames x vertices x 3 [m], in the type of positions: the corners at the start and at the finish
-    of each element, in its order, two elements sharing none.
+    """Triangles x 3, outward, and their vertices, frames x vertices x 3 [m], in the type of positions. The vertices are the
+    corners at the start and at the finish of each element, in its order; no two elements share one.
 
     positions: frames x nodes x 3; rotations: frames x nodes x 4, from how the structure is drawn.
     """

@@ -1,4 +1,4 @@
-"""Edits of elastic bodies as values: what Session.edit([...]) takes."""
+"""Edits of elastic bodies as values, for Session.edit([...])."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | No
                reach: float | None = None, id: int = 0) -> "scene.Constraint":
     """"In this frame, the mean position of these nodes is there", or their mean velocity is that.
 
-    until: a hold, the target counts in every frame from `frame` to this one; path: further keys (frame, target) in place of
-    it, targets of the same kind. The constraint acts in every frame of the path, moves between keys without overshoot and
-    rests where two keys are the same; ease_in, ease_out in [0, 1] (default 1) say how far it begins and ends at rest.
+    until: a hold, the target counts in every frame from `frame` to this one; path: further keys (frame, target) in place of it,
+    targets of the same kind. The constraint acts in every frame of the path, moves between keys without overshoot and rests
+    between two equal keys. `ease_in`, `ease_out` in [0, 1] (default 1) are the extent to which it begins and ends at rest.
 
     reach [s]: how far in time it acts; frames farther from its own keep the motion that is there without it.
 
@@ -146,8 +146,8 @@ def remove(constraint: Any) -> "service.Edit":
 
 
 def ends(first: str, last: str | None = None) -> "service.Edit":
-    """What holds the motion at its ends: "free", "position" or "position_velocity"; or ends("cyclic"), a loop, in which the
-    last frame leads into the first."""
+    """End conditions of the motion: "free", "position" or "position_velocity"; or ends("cyclic"), a loop, in which the first
+    frame follows the last one."""
     last = "cyclic" if last is None and first == "cyclic" else last
     for name, value in (("first", first), ("last", last)):
         checks.one_of(value, ENDS, name)
@@ -201,11 +201,11 @@ DISCRETISATIONS = {
 def dynamics(*, frames_per_second: float | None = None, period_frames: float | None = None,
              damping_ratio: float | None = None, discretisation: str | None = None,
              force_smoothing: float | None = None, inertia: float | None = None) -> DynamicsChange:
-    """How fast and how lively the body moves; what is not given stays as it is.
+    """Frequency and damping of the body's motion; options that are not given stay unchanged.
 
-    discretisation: "sampled" (free motion is exact at the frames) or "differences" (the published form);
-    force_smoothing [s]: about the time in which control forces change; inertia in [0, 10]: under a base motion, 1 lags
-    behind as a body would, 0 follows.
+    discretisation: "sampled" (free motion is exact at the frames) or "differences" (the published form). `force_smoothing` [s]:
+    about the time in which control forces change; inertia in [0, 10]: under a base motion, 1 lags behind as a body would, 0
+    follows.
     """
     values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio,
               "force_smoothing": force_smoothing, "inertia": inertia}
@@ -225,14 +225,14 @@ VARIABLES = {
 
 
 def optimise(variables: str) -> "service.Edit":
-    """What is optimised from now on: "motion" (control forces, the fitted material frozen), "dynamics" (and frequencies
-    and damping) or "all" (and the modes)."""
+    """Variables that are optimised from now on: "motion" (control forces, the fitted material frozen), "dynamics" (and
+    frequencies and damping) or "all" (and the modes)."""
     return service.Edit(set_material=service.SetMaterial(
         variables=VARIABLES[checks.one_of(variables, VARIABLES, "variables")]))
 
 
 def reset_material() -> "service.Edit":
-    """Forgets what was fitted: the scene's own material."""
+    """Discards fitted values: the scene's own material."""
     return service.Edit(reset_material=service.ResetMaterial())
 
 

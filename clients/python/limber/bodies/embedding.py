@@ -19,8 +19,8 @@ FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])  # opposite each 
 
 @dataclass(frozen=True)
 class Embedding:
-    """Each point is a fixed mixture of the four nodes of one tet: of the one that contains it, or, outside, of the nearest
-    one, which is extrapolated linearly. limberd embeds the surface of a scene by the same rule (Session.carried_surface())."""
+    """Each point is a fixed mixture of the four nodes of one tet: of the one that contains it, or, outside, of the nearest one,
+    extrapolated linearly. The server (limberd) embeds the surface of a scene by the same rule (Session.carried_surface())."""
 
     tets: np.ndarray       # points, int64: the tet of each
     nodes: np.ndarray      # points x 4
@@ -52,11 +52,11 @@ class Embedding:
         return Embedding(tet_of, tets[tet_of], weights, distances)
 
     def positions(self, nodes: np.ndarray) -> np.ndarray:
-        """Of the points, from those of nodes: (frames x) n x 3 to (frames x) points x 3, in their type."""
+        """Positions of the points, from those of nodes: (frames x) n x 3 to (frames x) points x 3, in their type."""
         return interpolate(self.nodes, self.weights, nodes)
 
     def basis(self, basis: np.ndarray) -> np.ndarray:
-        """Of the points, from a body's basis: n x 3 x h to points x 3 x h."""
+        """Basis of the points, from a body's basis: n x 3 x h to points x 3 x h."""
         return interpolate_basis(self.nodes, self.weights, basis)
 
 
@@ -149,7 +149,7 @@ def _nearest(points: np.ndarray, nodes: np.ndarray, tets: np.ndarray) -> "tuple[
 
 
 def _distances(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Of points (m x 3) from triangles (m x 3 x 3)."""
+    """Distances of points (m x 3) from triangles (m x 3 x 3)."""
     normals = np.cross(triangles[..., 1, :] - triangles[..., 0, :], triangles[..., 2, :] - triangles[..., 0, :])
     sizes = np.linalg.norm(normals, axis=-1)
     least = np.full(normals.shape[:-1], np.inf)

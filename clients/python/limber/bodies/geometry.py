@@ -42,7 +42,7 @@ class CarriedSurface:
         return embedding.interpolate(self.nodes, self.weights, nodes - origin) + origin
 
     def basis(self, basis: np.ndarray) -> np.ndarray:
-        """Of the vertices, from a body's: nodes x 3 x h to vertices x 3 x h."""
+        """Basis of the vertices, from a body's: nodes x 3 x h to vertices x 3 x h."""
         return embedding.interpolate_basis(self.nodes, self.weights, basis)
 
     def has_vertices(self, vertices: np.ndarray) -> bool:

@@ -21,8 +21,8 @@ def keyframe(*, frame: int, positions: Any, weight: float | None = None, exact: 
              id: int = 0) -> "scenes.Keyframe":
     """"In this frame, the body has this pose", as far as its modes can.
 
-    positions: of all nodes, n x 3 [length unit], or the path of a mesh file whose nodes are the scene's, moved;
-    weight: gamma > 0 of the distance in modal coordinates (default 100); exact: hold exactly instead.
+    positions: of all nodes, n x 3 [length unit], or the path of a mesh file whose nodes are the scene's, moved. `weight`: gamma >
+    0 of the distance in modal coordinates (default 100); exact: hold exactly instead.
     """
     message = scenes.Keyframe(id=_id(id), frame=checks.whole(frame, "frame"))
     if isinstance(positions, (str, os.PathLike)):
@@ -78,7 +78,7 @@ class Keyframe:
         return float("inf") if self.message.exact else self.message.weight or 100.0
 
     def move(self, frame: int | None = None, *, weight: float | None = None, exact: bool = False) -> "Receipt":
-        """Another frame or weight; what is not given stays, and so does the pose."""
+        """Another frame or weight; options that are not given stay, and so does the pose."""
         edit = move_keyframe(self, frame, weight=weight, exact=exact)
         receipt = self.session.edit([edit])
         if frame is not None:

@@ -1,4 +1,4 @@
-"""What the modules that all kinds share know of elastic bodies."""
+"""Entry of elastic bodies for the modules that all kinds share."""
 
 from __future__ import annotations
 

@@ -28,10 +28,10 @@ class Mode:
 
 @dataclass(frozen=True)
 class Material:
-    """What a session's motion swings with."""
+    """Frequencies, damping and modes of a session's motion."""
 
     modes: tuple[Mode, ...]    # of the newest result; the rigid motions of a free body (six) first
-    initial: tuple[Mode, ...]  # what the scene itself says
+    initial: tuple[Mode, ...]  # values of the scene itself
     mixing: np.ndarray         # candidate modes x modes: column k is the mixture that mode k is
     result: Result             # the one they belong to
 

@@ -19,7 +19,7 @@ VOLUME = 3  # dimension of a physical group
 
 
 def material(numbers: "Sequence[float]") -> "messages.Material":
-    """Of (E [Pa], nu) or (E, nu, density [kg/m^3])."""
+    """Material of (E [Pa], nu) or (E, nu, density [kg/m^3])."""
     values = [checks.real(number, "materials") for number in checks.several(numbers, "materials")]
     if len(values) not in (2, 3):
         raise invalid("materials", f"a material is Young's modulus, Poisson's ratio and density, not {numbers!r}")

@@ -26,19 +26,19 @@ class ModalMotion:
     stiffness: np.ndarray     # (r,) lambda [1/frame^2]
     damping: np.ndarray       # (r,) d [1/frame]
     frequencies: np.ndarray   # (r,) of the modes in frames [Hz], at most half the frames per second
-    # w, (frames - 2) x r, row i of frame i + 1: the equation of motion z'' + d z' + lambda z = w with the frame as the unit of
-    # time, in the scene's discretisation. Its published differences are z[i] + (lambda - d - 2) z[i + 1] + (1 + d) z[i + 2].
-    # What no frame says of the first and the last is not there.
+    # w, (frames - 2) x r, row i of frame i + 1. The equation of motion is z'' + d z' + lambda z = w with the frame as the unit of
+    # time, in the scene's discretisation. Its published differences are z[i] + (lambda - d - 2) z[i + 1] + (1 + d) z[i + 2]. Rows
+    # for the first and the last frame do not exist, since no equation determines them.
     forces: np.ndarray
     mixing: np.ndarray        # S, candidates x r: column k is the mixture of candidates that mode k is
-    candidates: np.ndarray    # nodes x 3 x candidates [length unit]: what coordinate 1 displaces at rest, to first order
+    candidates: np.ndarray    # nodes x 3 x candidates [length unit]: displacements of coordinate 1 at rest, to first order
     # (candidates,) [Hz] of the scene's material, whatever its dynamics say; 0 of rigid motions.
     candidate_frequencies: np.ndarray
     force_energy: float       # as the result of these frames tells it
     revision: int             # of that result
     smoothing_frames: float = 0.0  # the scene's force_smoothing
-    force_scale: float = 1.0       # what energies of forces are multiplied by: they do not depend on the frame rate
-    # (r,) what the squares of each mode's forces count beside those of others: stiff modes less
+    force_scale: float = 1.0       # factor of energies of forces: they do not depend on the frame rate
+    # (r,) weight of the squares of each mode's forces: stiff modes have less
     force_shares: np.ndarray | float = 1.0
 
     @property
@@ -48,10 +48,10 @@ class ModalMotion:
 
     @property
     def energy(self) -> float:
-        """What the control forces cost: force_energy, computed here.
+        """Cost of the control forces: force_energy, computed here.
 
         Half the sum of squared forces and of force_smoothing's share of their differences, forces outside being 0. Sampled modes
-        that are free at the first frame cost more: what it takes to get there from rest.
+        that are free at the first frame cost more: the cost to get there from rest.
         """
         changes = np.diff(np.pad(self.forces, ((1, 1), (0, 0))), axis=0)
         squares = (self.forces ** 2).sum(axis=0) + self.smoothing_frames ** 2 * (changes ** 2).sum(axis=0)
@@ -68,8 +68,8 @@ class Modal:
     free: np.ndarray         # (3n,) bool: of nodes that are not fixed
     modes: np.ndarray        # W, 3n x r: W^T M W = 1 [1/sqrt(kg)], 0 at fixed nodes; elastic ones, the slowest first
     frequencies: np.ndarray  # (r,) [Hz]: K W = M W (2 pi f)^2
-    # (r,) of the session's own modes, before anything is fitted, as their stiffness says [Hz]. Published differences swing a little faster: at
-    # asin(pi f / frames per second) / pi * frames per second, which is what material() tells.
+    # (r,) of the session's own modes, before anything is fitted, as their stiffness says [Hz]. Published differences swing a
+    # little faster: at asin(pi f / frames per second) / pi * frames per second, which material() reports.
     reported: np.ndarray
     # How many times faster the session's modes are than the material: 1 where its dynamics have period_frames 0.
     speed: float
@@ -138,7 +138,7 @@ def matrices(nodes: np.ndarray, tets: np.ndarray, materials: TetMaterials) -> "t
     slopes = np.linalg.inv(edges)  # rows: gradients of the last three shape functions
     slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)  # tets x 4 x 3
     lam, mu = (values[:, None, None, None, None] for values in (materials.lam, materials.mu))
-    # Of corners a, b and directions i, j: V (lambda g_ai g_bj + mu (g_aj g_bi + g_a . g_b delta_ij)).
+    # Blocks for corners a, b and directions i, j: V (lambda g_ai g_bj + mu (g_aj g_bi + g_a . g_b delta_ij)).
     outer = np.einsum("tai,tbj->tabij", slopes, slopes)
     block = lam * outer + mu * (np.swapaxes(outer, 3, 4) + np.einsum("tak,tbk,ij->tabij", slopes, slopes, np.eye(3)))
     block *= volumes[:, None, None, None, None]

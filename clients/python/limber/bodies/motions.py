@@ -16,8 +16,8 @@ from ..messages import scene as messages
 
 
 def base_motion(value: Any) -> "messages.BaseMotion":
-    """A base motion from positions (frames x nodes x 3), the path of a .pc2 or .pvd file, or a list of paths of .vtu
-    files, one for every frame in order; or what animated_pins() makes."""
+    """A base motion from positions (frames x nodes x 3), the path of a .pc2 or .pvd file, or a list of paths of .vtu files, one
+    for every frame in order. The result of animated_pins() is accepted too."""
     if isinstance(value, messages.BaseMotion):
         return value
     if isinstance(value, (str, os.PathLike)):
@@ -29,8 +29,8 @@ def base_motion(value: Any) -> "messages.BaseMotion":
 
 
 def animated_pins(positions: Any) -> "messages.BaseMotion":
-    """A base motion of paths of the scene's fixed nodes, frames x fixed nodes x 3 in their order [length unit]. The other
-    nodes follow: as a rigid body, and by what the pins do beside that, evenly spread between them."""
+    """A base motion of paths of the scene's fixed nodes, frames x fixed nodes x 3 in their order [length unit]. The other nodes
+    follow: as a rigid body, and by the remaining motion of the pins, evenly spread between them."""
     paths = checks.numeric(positions, "base_motion.pins")
     return messages.BaseMotion(pins=arrays.to_message(paths, np.float64))
 
@@ -69,6 +69,6 @@ def _read_path(path: Path) -> "messages.BaseMotion":
         series = messages.VtuSeries(pvd=content.decode("utf-8"))
     except (ElementTree.ParseError, UnicodeDecodeError) as error:
         raise invalid(field, f"{path} is no .pvd: {error}") from error
-    for name in dict.fromkeys(item.get("file", "") for item in sets):  # what it says of them is the server's to read
+    for name in dict.fromkeys(item.get("file", "") for item in sets):  # the server parses its other attributes
         series.files.add(name=name, content=read(path.parent / name, field))
     return messages.BaseMotion(vtu_series=series)

@@ -21,7 +21,7 @@ MAX_TRIANGLES_AT_ONCE = 1_000_000
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A point of a triangle: the sum of weights times its corners. What `surface_point` of a constraint takes."""
+    """A point of a triangle: the sum of weights times its corners. Value for `surface_point` of a constraint."""
 
     triangle: int                          # from 0, of Geometry.surface or CarriedSurface.triangles
     weights: tuple[float, float, float]    # of its corners in their order, >= 0, their sum 1

@@ -1,4 +1,4 @@
-"""Materials of motions: what is recovered, and how the motion continues with it."""
+"""Materials of motions: the recovered material, and how the motion continues with it."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Recovery:
     recovered_frames: int
     converged: bool
     steps: int
-    force_energy: float        # E_f, unitless: what forces do that the material does not explain
+    force_energy: float        # E_f, unitless: the part of forces that the material does not explain
     constraint_energy: float   # E_c: half the squared distance from the poses, modal coordinates
-    projection_error: float    # what the candidate modes do not see of the base motion: no material avoids it
+    projection_error: float    # the part of the base motion outside the candidate modes: no material avoids it
     recovered_error: float     # of the frames recovered from
     continued_error: float     # of those behind them that the base motion has; 0: none
     final_frame_error: float   # of the last one of these
     frames_per_second: float
-    message: str               # what one should know; empty if nothing
+    message: str               # notes for the user; empty if none
     warnings: tuple[str, ...]  # of the scene
     job: int
 
@@ -58,7 +58,7 @@ def request(scene: scenes.SceneLike, *, variables: str, modes: "int | None", can
 
 
 def made_of(job: "service.GetJobResponse", positions: np.ndarray, warnings: tuple[str, ...]) -> Recovery:
-    """Of a job that is done, with its frames."""
+    """Recovery of a job that is done, with its frames."""
     report = job.recovery
     return Recovery(positions, tuple(map(Mode.from_message, report.modes)), arrays.to_numpy(report.mixing, "mixing"),
                     report.recovered_frames, report.converged, report.steps, report.force_energy,

@@ -38,7 +38,7 @@ class FilledSurface(tuple):
 
 
 class BodyRequests(ServerCore):
-    """Of a server, what is of elastic bodies alone."""
+    """Requests to a server that concern elastic bodies alone."""
 
     def tetrahedralize(self, surface: "str | os.PathLike[str]", tets: int = 5000, progress: ProgressOption = None,
                        timeout: float = 600.0, within: float = 0.02) -> "FilledSurface":
@@ -46,8 +46,8 @@ class BodyRequests(ServerCore):
         near they are to it.
 
         within: largest distance between the surface and that of the tets, in either direction, as a share of the body's length
-        (diagonal of its bounding box), in (0, 1]. Where `tets` do not keep it, a LimberError says how many would;
-        1 allows any distance.
+        (diagonal of its bounding box), in (0, 1]. If `tets` do not keep it, a LimberError states a sufficient number; 1 allows
+        any distance.
         """
         checks.seconds(timeout, "timeout")
         request = service.TetrahedralizeRequest(surface=mesh_file(checks.path(surface, "surface")),
@@ -67,8 +67,8 @@ class BodyRequests(ServerCore):
         """The motion of the body without reduction (St. Venant-Kirchhoff material) under loads: positions (frames x
         nodes x 3) and a report.
 
-        simulation: what limber.simulation() makes; default that of the scene. The motion has the scene's frames; its
-        base motion is not looked at. Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
+        simulation: made by limber.simulation(); default that of the scene. The motion has the scene's frames; its base motion is
+        not looked at. Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
         """
         checks.seconds(timeout, "timeout")
         request = simulations.request(scene, simulation)
@@ -83,15 +83,15 @@ class BodyRequests(ServerCore):
                 candidate_modes: int | None = None, recovered_frames: int = 0, driven_frames: int = 0,
                 total_frames: int = 0, weight: float = 1.0, column_weight: float = 1e-8, start: str = "principal",
                 progress: ProgressOption = None, timeout: float = 3600.0) -> recoveries.Recovery:
-        """The material of the scene's base motion (frequencies, damping, mixed modes) from its first recovered_frames
-        (default: the first half), and how the motion continues with it where no force acts, up to total_frames (default:
-        those of the base motion).
+        """The material of the scene's base motion (frequencies, damping, mixed modes) from its first recovered_frames (default:
+        the first half). Also how the motion continues with it without forces, up to total_frames (default: those of the base
+        motion).
 
-        variables: "motion" (forces alone), "dynamics" (and frequencies and damping) or "all" (and the modes, as
-        mixtures of candidate_modes); modes, candidate_modes: in place of the scene's; driven_frames: in so many of the
-        first, forces are known to act; weight: gamma, how closely poses are followed; column_weight: mu; start:
-        "principal" (principal components of the motion) or "spectrum". Constraints are not looked at. Ctrl-C while
-        waiting, and the end of `timeout` [s], cancel the job.
+        variables: "motion" (forces alone), "dynamics" (and frequencies and damping) or "all" (and the modes, as mixtures of
+        candidate_modes); modes, candidate_modes: in place of the scene's; driven_frames: number of first frames in which forces
+        are known to act; weight: gamma, how closely poses are followed; column_weight: mu; start: "principal" (principal
+        components of the motion) or "spectrum". Constraints are ignored. Ctrl-C while waiting, and the end of `timeout` [s],
+        cancel the job.
         """
         checks.seconds(timeout, "timeout")
         request = recoveries.request(scene, variables=variables, modes=modes, candidate_modes=candidate_modes,

@@ -32,7 +32,7 @@ def upload_files(scene: "messages.Scene", folder: Path) -> None:
 
 
 def paint(scene: "messages.Scene", stiffness: Any) -> None:
-    """stiffness: what painted_stiffness() takes or returns."""
+    """stiffness: as painted_stiffness() takes or returns it."""
     made = stiffness if isinstance(stiffness, messages.PaintedStiffness) else painted_stiffness(stiffness)
     scene.painted_stiffness.CopyFrom(made)
 
@@ -41,10 +41,10 @@ def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
     """A scene from a meshio.Mesh (its tetrahedra; other cells are left out) or the path of a mesh file.
 
     The options are those of scene_from_arrays, and `materials`: by names of groups (physical groups, element sets) pairs or
-    triples of Young's modulus [Pa], Poisson's ratio and density [kg/m^3]. Of a meshio.Mesh the cell data youngs_modulus,
+    triples of Young's modulus [Pa], Poisson's ratio and density [kg/m^3]. For a meshio.Mesh the cell data youngs_modulus,
     poissons_ratio and density are the materials of its tets; groups that get no material are a limber.MaterialWarning. With
-    `materials`, a path is read by the Python package meshio. Otherwise a path is sent as it is and read by the server, with the surface that is
-    kept beside it, STEM.surface.obj, .ply, .stl, .off or .glb.
+    `materials`, a path is read by the Python package meshio. Otherwise a path is sent unchanged and read by the server, with the
+    surface in the same folder, STEM.surface.obj, .ply, .stl, .off or .glb.
     """
     if isinstance(mesh, (str, os.PathLike)) and options.get("materials"):
         mesh = mesh_groups.read(mesh)
@@ -71,15 +71,15 @@ def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
 def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene":
     """A scene from nodes (n x 3, length unit) and tets (m x 4, node ids from 0).
 
-    Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa],
-    poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
-    cubature_size, first_end, last_end ("free", "position", "position_velocity"; both "cyclic": a loop), frames_per_second, period_frames,
-    damping_ratio, discretisation ("sampled", "differences"), force_smoothing [s], constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
-    candidate_modes, column_weight, max_frequency_hz and slow_steps (bounds of fitted frequencies), base_motion
-    (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame), keyframes
-    (a list of limber.keyframe()), simulation (of limber.simulation()), surface (path of an .obj, .ply, .stl, .off or .glb that the body
-    carries along with its own vertices), stiffness (of single tets, by a factor at each vertex of the surface or node: what
-    limber.painted_stiffness() takes or returns).
+    Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa], poissons_ratio, density
+    [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size, cubature_size, first_end, last_end ("free",
+    "position", "position_velocity"; both "cyclic": a loop), frames_per_second, period_frames, damping_ratio, discretisation
+    ("sampled", "differences"), force_smoothing [s], constraint_tolerance, optimise ("motion", "dynamics", "all"; see
+    Session.optimise), candidate_modes, column_weight, max_frequency_hz and slow_steps (bounds of fitted frequencies), base_motion
+    (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame), keyframes (a list of
+    limber.keyframe()), simulation (of limber.simulation()), surface (path of an .obj, .ply, .stl, .off or .glb that the body
+    carries along with its own vertices), stiffness (of single tets, by a factor at each vertex of the surface or node: as
+    limber.painted_stiffness() takes or returns it).
     """
     nodes = checks.numeric(nodes, "mesh.arrays.nodes")
     tets = checks.numeric(tets, "mesh.arrays.tets")

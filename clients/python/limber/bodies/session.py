@@ -48,7 +48,7 @@ class Constraint:
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Of a group; of a point or a vertex of a surface none."""
+        """Nodes of a group; none for a point or a vertex of a surface."""
         return tuple(self.message.nodes)
 
     @property
@@ -61,7 +61,7 @@ class Constraint:
 
     @property
     def kind(self) -> str:
-        """"position", "displacement" or "velocity": what the target means."""
+        """Meaning of the target: "position", "displacement" or "velocity"."""
         return self.message.WhichOneof("target") or "displacement"
 
     @property
@@ -107,8 +107,8 @@ class Constraint:
         return tuple((frame, (at.x, at.y, at.z)) for frame, at in edits.keys_of(self.message))
 
     def retime(self, *, shift: int = 0, first: int | None = None, last: int | None = None) -> Receipt:
-        """Other frames, the same places: all keys `shift` frames later, or the path stretched so that it begins in frame
-        `first` and ends in frame `last` (one that is not given stays)."""
+        """Other frames, the same places: all keys `shift` frames later, or the path stretched so that it begins in frame `first`
+        and ends in frame `last`. One that is not given stays."""
         changed = edits.retimed(self.message, shift, first, last)
         receipt = self.session.edit([service.Edit(replace=service.ReplaceConstraint(constraint=changed))])
         self.message = changed
@@ -172,7 +172,7 @@ class Session(OpenSession):
         changes = list(checks.several(changes, "edits"))
         if not any(isinstance(change, edits.DynamicsChange) for change in changes):
             return self._send(to_messages(changes), expected_revision)
-        # What stays is read first, and whoever edits in between is not undone by it.
+        # Existing values are read first; edits that others make in between are not undone by this one.
         deadline = time.monotonic() + self.connection.timeout
         while True:
             known = self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True))
@@ -191,9 +191,9 @@ class Session(OpenSession):
             velocity: Sequence[float] | None = None, axes: edits.Axes = None, weight: float | None = None,
             exact: bool = False, until: int | None = None, path: edits.PathLike | None = None, ease_in: float | None = None,
             ease_out: float | None = None, reach: float | None = None) -> Constraint:
-        """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that; or that of a point
-        as it is shown: surface_point=(triangle, (w0, w1, w2)) of the surface that the scene names, else of that of the mesh
-        (see nearest_surface_point()), or surface_vertex=, a vertex of the surface that the scene names.
+        """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that. For a point as it is
+        shown: surface_point=(triangle, (w0, w1, w2)) of the surface that the scene names, else of that of the mesh (see
+        nearest_surface_point()). `surface_vertex`: a vertex of the surface that the scene names.
 
         position: a point of the mesh's space, or displacement: from rest [length unit], or velocity: of the shown frames,
         (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s]; axes: which count, e.g. "xz";
@@ -223,7 +223,7 @@ class Session(OpenSession):
     def dynamics(self, *, frames_per_second: float | None = None, period_frames: float | None = None,
                  damping_ratio: float | None = None, discretisation: str | None = None,
                  force_smoothing: float | None = None, inertia: float | None = None) -> Receipt:
-        """How fast and how lively the body moves; what is not given stays as it is: limber.edits.dynamics()."""
+        """Frequency and damping of the body's motion; options that are not given stay unchanged: limber.edits.dynamics()."""
         return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
                                          damping_ratio=damping_ratio, discretisation=discretisation,
                                          force_smoothing=force_smoothing, inertia=inertia)])
@@ -236,8 +236,8 @@ class Session(OpenSession):
     def add_keyframe(self, *, frame: int, positions: Any, weight: float | None = None, exact: bool = False) -> Keyframe:
         """"In this frame, the body has this pose", as far as its modes can.
 
-        positions: of all nodes, n x 3 [length unit], or the path of a mesh file whose nodes are the scene's, moved;
-        weight: gamma > 0 of the distance in modal coordinates (default 100), or exact=True.
+        positions: of all nodes, n x 3 [length unit], or the path of a mesh file whose nodes are the scene's, moved. `weight`:
+        gamma > 0 of the distance in modal coordinates (default 100), or exact=True.
         """
         message = keyframe(frame=frame, positions=positions, weight=weight, exact=exact)
         receipt = self.edit([service.Edit(add_keyframe=service.AddKeyframe(keyframe=message))])
@@ -246,8 +246,8 @@ class Session(OpenSession):
         return Keyframe(self, message, receipt.issues)
 
     def optimise(self, variables: str) -> Receipt:
-        """What is optimised from now on: "motion" (control forces), "dynamics" (and frequencies and damping) or "all"
-        (and the modes). What was fitted stays: "motion" freezes it."""
+        """Variables that are optimised from now on: "motion" (control forces), "dynamics" (and frequencies and damping) or "all"
+        (and the modes). Fitted values stay: "motion" freezes them."""
         return self.edit([edits.optimise(variables)])
 
     def freeze_material(self) -> Receipt:
@@ -255,17 +255,17 @@ class Session(OpenSession):
         return self.optimise("motion")
 
     def reset_material(self) -> Receipt:
-        """Forgets what was fitted: the scene's own material, from which optimisation starts anew."""
+        """Discards fitted values: the scene's own material, from which optimisation starts anew."""
         return self.edit([edits.reset_material()])
 
     # ---- results ----
 
     def material(self) -> Material:
-        """The material of the newest result: frequencies and damping of its modes in SI units, and what they mix."""
+        """The material of the newest result: frequencies and damping of its modes in SI units, and their mixtures."""
         return Material.from_message(self.connection.call("get_material", service.GetMaterialRequest(session=self.reference)))
 
     def geometry(self, basis_hash: str = "") -> Geometry:
-        """Rest shape, surface and basis: of the newest result, or that of frames with this hash. What is new of the basis is
+        """Rest shape, surface and basis: of the newest result, or that of frames with this hash. New columns of the basis are
         fetched once: it grows while a motion is edited."""
         cache = self.server.geometry_cache
         known = next((geometry for owner, geometry in reversed(cache.values()) if owner == self.id), None)
@@ -278,7 +278,7 @@ class Session(OpenSession):
         return geometry
 
     def geometry_for(self, frames: "service.Frames") -> Geometry | None:
-        """What decode() needs for these frames."""
+        """Geometry that decode() needs for these frames."""
         if frames.encoding != service.ENCODING_COORDINATES:
             return None
         cached = self.server.geometry_cache.get((self.id, frames.basis_hash))
@@ -304,7 +304,7 @@ class Session(OpenSession):
     # ---- picking: at rest, or in a frame of the newest result ----
 
     def nearest_node(self, position: Sequence[float], frame: int | None = None) -> int:
-        """Of the nodes of tets, the one nearest to a position [length unit]."""
+        """The node of the tets nearest to a position [length unit]."""
         used, nodes = self._pickable(frame)
         return int(used[np.linalg.norm(nodes - picking.point_of(position, "position"), axis=1).argmin()])
 
@@ -314,15 +314,15 @@ class Session(OpenSession):
         return used[picking.nodes_in_box(nodes, low, high)].tolist()
 
     def nearest_surface_point(self, position: Sequence[float], frame: int | None = None, surface: str = "shown") -> SurfacePoint:
-        """The point of a surface that is nearest to a position [length unit]: of the one that the scene names, else of the
-        mesh's ("mesh", "carried": of that one in any case)."""
+        """The point of a surface that is nearest to a position [length unit]. The surface is the one that the scene names, else
+        the mesh's ("mesh", "carried": that one in any case)."""
         vertices, triangles, surface = self._drawn(frame, surface)
         at = picking.point_of(position, "position")
         triangle, weights, point = picking.nearest_point(at, vertices, triangles)
         return SurfacePoint(triangle, tuple(weights.tolist()), surface, tuple(point.tolist()), float(np.linalg.norm(point - at)))
 
     def nearest_surface_vertex(self, position: Sequence[float], frame: int | None = None) -> int:
-        """Of the surface that the scene names, the vertex nearest to a position [length unit]."""
+        """The vertex nearest to a position [length unit], of the surface that the scene names."""
         vertices, _, _ = self._drawn(frame, "carried")
         return int(np.linalg.norm(vertices - picking.point_of(position, "position"), axis=1).argmin())
 
@@ -412,14 +412,14 @@ class Session(OpenSession):
         return self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True)).scene
 
     def modal(self, modes: int | None = None) -> Modal:
-        """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, as many as the
-        session has or as requested, and the newest motion in modal coordinates (modal_motion()). All but that is made here from the mesh and the materials of its tets, independent of what the session
-        reports."""
+        """Masses and stiffness of the body at rest as scipy's sparse matrices, its modes and their frequencies, and the newest
+        motion in modal coordinates (modal_motion()). There are as many modes as the session has or as requested. All but the
+        motion is computed here from the mesh and the materials of its tets, independent of the session's reports."""
         return of_session(self, modes)
 
     def modal_motion(self) -> ModalMotion:
-        """The newest motion in modal coordinates z, the control forces of each frame, the candidate modes and how they are mixed
-        (S): what the session computes with, and modal() does not."""
+        """The newest motion in modal coordinates z, the control forces of each frame, the candidate modes and their mixtures (S).
+        These are the values of the session's own computation; those of modal() are not."""
         return motion_of(self)
 
     # ---- control ----
@@ -430,8 +430,8 @@ class Session(OpenSession):
         return self.connection.call("solve_cold", service.SolveColdRequest(session=self.reference)).job
 
     def look_at(self, first: int, count: int = 0) -> None:
-        """Of a long motion these frames come first after every edit, in follow(); count 0: to the last one, at most 4096.
-        Of several such wishes, whoever has them, the newest 8 count."""
+        """Frames of a long motion that come first after every edit, in follow(); count 0: to the last one, at most 4096. If there
+        are several such requests, by any clients, the newest 8 count."""
         request = service.LookAtRequest(session=self.reference, first_frame=checks.whole(first, "first_frame"),
                                         frame_count=checks.whole(count, "frame_count"))
         self.connection.call("look_at", request)

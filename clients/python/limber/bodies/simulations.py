@@ -1,4 +1,4 @@
-"""Motions of the body without reduction: what acts on it, and what came out."""
+"""Motions of the body without reduction: actions on it, and results."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Simulation:
     kinetic: np.ndarray  # energy in every frame [J]
     elastic: np.ndarray  # [J]
     work: np.ndarray  # done by the loads from frame 0 on [J]
-    energy_drift: float  # what damping took, else the error of the scheme; relative to the largest energy
+    energy_drift: float  # loss by damping, else the error of the scheme; relative to the largest energy
     steps: int
     shortened_steps: int  # of them: taken in parts, since Newton's method failed
     smallest_volume_ratio: float  # of a tet to that at rest, over all frames; below 0: turned inside out
     frames_per_second: float
-    message: str  # what one should know; empty if nothing
+    message: str  # notes for the user; empty if none
     warnings: tuple[str, ...]  # of the scene
     job: int
 
@@ -60,13 +60,12 @@ def simulation(*, gravity: Sequence[float] = (0, 0, 0), forces: "Iterable[messag
                displacements: Any = None, modes: Iterable[float] = (), velocities: Any = None,
                velocity: Sequence[float] = (0, 0, 0), frames_per_second: float | None = None, steps_per_frame: int = 8,
                mass_damping: float = 0, relaxation_time: float = 0, scheme: str = "midpoint") -> "messages.Simulation":
-    """What a simulation is of, for `server.simulate` or as the `simulation` of a scene.
+    """A simulation for `server.simulate` or as the `simulation` of a scene.
 
-    gravity [m/s^2]; forces: of force(). The state in frame 0 is the sum of displacements (nodes x 3, length unit) and
-    amplitudes of the lowest vibration modes (length unit, of the node that moves most), and of velocities (nodes x 3,
-    length unit / s) and one velocity of all nodes that are not fixed. frames_per_second: default those of the scene;
-    mass_damping [1/s] slows every motion, relaxation_time [s] only deformation; scheme: "midpoint" keeps energy,
-    "euler" loses it.
+    gravity [m/s^2]; forces: of force(). The state in frame 0 is the sum of displacements (nodes x 3, length unit) and amplitudes
+    of the lowest vibration modes (length unit, of the node that moves most). Velocities are added in the same way: nodes x 3
+    (length unit / s) and one of all nodes that are not fixed. `frames_per_second`: default those of the scene; mass_damping [1/s]
+    slows every motion, relaxation_time [s] only deformation; scheme: "midpoint" keeps energy, "euler" loses it.
     """
     made = messages.Simulation(gravity=_vector(gravity, "gravity"), forces=list(checks.several(forces, "forces")),
                                steps_per_frame=checks.whole(steps_per_frame, "steps_per_frame"),

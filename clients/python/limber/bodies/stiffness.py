@@ -22,11 +22,11 @@ _QUANTITIES = {"factor": messages.PAINTED_QUANTITY_FACTOR, "youngs_modulus": mes
 def painted_stiffness(values: Any, *, points: str = "auto", quantity: str = "factor") -> "messages.PaintedStiffness":
     """How stiff a body is at points of it, for `stiffness` of limber.scene_from_arrays() and its like.
 
-    values: a number > 0 for each point (array of n), the path of a file, or groups: by name {"vertices": ids from 0, "factor": f} or
-    {"vertices": ids, "youngs_modulus": E}. Points of no group keep what they have. A file is a text with a number for each point, a .npy,
-    JSON of groups, or a .ply whose vertices have the property stiffness, quality, value or scalar_...
-    points: "surface", vertices of the surface that the scene carries, or "nodes" of its mesh; "auto": the surface where there is
-    one. quantity: what numbers without groups are, "factor" of the Young's modulus or "youngs_modulus" itself [Pa].
+    values: a number > 0 for each point (array of n), the path of a file, or groups: by name {"vertices": ids from 0, "factor": f}
+    or {"vertices": ids, "youngs_modulus": E}. Points of no group keep their stiffness. A file is a text with a number for each
+    point, a .npy, JSON of groups, or a .ply whose vertices have the property stiffness, quality, value or scalar_... `points`:
+    "surface", vertices of the surface that the scene carries, or "nodes" of its mesh; "auto": the surface if there is one.
+    `quantity`: meaning of numbers without groups, "factor" of the Young's modulus or "youngs_modulus" itself [Pa].
 
     A tet gets the geometric mean of its four nodes, or that of the vertex nearest to its centre. The server does it: errors of
     counts and values come when the scene is opened or validated.

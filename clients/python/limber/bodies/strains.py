@@ -20,7 +20,7 @@ def largest_strain(gradient: np.ndarray) -> np.ndarray:
 
 
 def von_mises(gradient: np.ndarray, materials: TetMaterials) -> np.ndarray:
-    """Of the true stress of St. Venant-Kirchhoff materials, one for each gradient [Pa]."""
+    """Equivalent of the true stress of St. Venant-Kirchhoff materials, one for each gradient [Pa]."""
     identity = np.eye(3)
     strain = (np.swapaxes(gradient, 1, 2) @ gradient - identity) / 2
     lam, mu = (values[:, None, None] for values in (materials.lam, materials.mu))

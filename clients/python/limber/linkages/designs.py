@@ -28,7 +28,7 @@ ENDS = {messages.DESIGN_END_UNSPECIFIED: "", messages.DESIGN_END_CONVERGED: "con
 
 @dataclass(frozen=True)
 class DesignTerms:
-    """What a pair of shapes, the flat one and the deployed one, is worth."""
+    """Terms of the objective for a pair of shapes, the flat one and the deployed one."""
 
     objective: float        # unitless
     flat_energy: float      # [J]
@@ -139,7 +139,7 @@ class DesignInfo:
 
 
 class Design:
-    """The newest design of a session, whoever began it. Made by LinkageSession.design() and .current_design()."""
+    """The newest design of a session, begun by any client. Made by LinkageSession.design() and .current_design()."""
 
     def __init__(self, session: "LinkageSession", job: int = 0):
         self.session = session
@@ -170,10 +170,9 @@ class Design:
                distance_weight: float | None = None, surface_weight: float | None = None,
                translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
                scale: float | None = None, joint_weights: Any = None, placement: "Placement | None" = None) -> None:
-        """Continues towards another goal; what is not given stays. targets: in place of all there are. translation,
-        rotation and scale: where the surface is put, all three in place of what they were; or a placement, as
-        info().placement with some of it replaced (dataclasses.replace). joint_weights: of each
-        joint's distance to the surface; [] makes them all 1 again."""
+        """Continues towards another goal; options that are not given stay. `targets`: in place of all there are. `translation`,
+        `rotation`, `scale`: the new placement of the surface, all three; or `placement`, as info().placement with some of it
+        replaced (dataclasses.replace). `joint_weights`: of each joint's distance to the surface; [] makes them all 1 again."""
         made = messages.ChangeDesignRequest(session=self.session.reference)
         set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
                           "surface_weight": surface_weight})
@@ -235,7 +234,7 @@ class Design:
                     return
 
     def wait(self, progress: ProgressOption = None, timeout: float = 3600.0) -> DesignInfo:
-        """Until it has ended and the session shows what came of it. Raises what it failed with."""
+        """Waits until it has ended and the session shows its result. Raises the error of its failure."""
         begun = time.monotonic()
         try:
             self.session.server.wait_job(self.info().job, progress, timeout)

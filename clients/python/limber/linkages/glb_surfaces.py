@@ -1,4 +1,4 @@
-"""Triangles of binary glTF 2.0 files, for what is drawn here."""
+"""Triangles of binary glTF 2.0 files, for drawing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WIDTHS = {"SCALAR": 1, "VEC3": 3}
 
 def corners(content: bytes) -> np.ndarray:
     """Corners of the triangles of the default scene, placed by its nodes: 3t x 3. ValueError, IndexError, KeyError, TypeError or
-    struct.error where there are none: the server says what a file lacks."""
+    struct.error if there are none: the server reports defects of a file."""
     magic, version, _, size, kind = struct.unpack_from("<4sIII4s", content)
     if (magic, version, kind) != (b"glTF", 2, b"JSON"):
         raise ValueError("it does not begin as a binary glTF file of version 2")

@@ -1,4 +1,4 @@
-"""Goals of designs of rod linkages: surfaces and where they are put, targets, and what is varied within which bounds."""
+"""Goals of designs of rod linkages: surfaces and their placement, targets, variables and bounds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ GUARDS = {messages.DESIGN_GUARD_WHEN_NEEDED: "when_needed", messages.DESIGN_GUAR
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a design's surface is: turned, then scaled, then moved."""
+    """Placement of a design's surface: turned, then scaled, then moved."""
 
     rotation: tuple[float, float, float]     # axis times angle [degree]
     scale: float

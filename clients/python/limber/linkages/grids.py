@@ -23,7 +23,7 @@ class StartingGrid:
     mean_angle: float       # at which rods cross on the surface [degree]
     misfit: float           # largest difference between a length and that on the surface, as a share
     push: np.ndarray        # forces along z at joints that open the grid to the surface's side of its plane, over Young's modulus
-    remark: str             # what will obstruct a design; "": nothing
+    remark: str             # obstacles for a design; "": none
 
     @property
     def columns(self) -> int:

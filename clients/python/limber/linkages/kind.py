@@ -1,4 +1,4 @@
-"""What the modules that all kinds share know of rod linkages."""
+"""Entry of rod linkages for the modules that all kinds share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which segments of a linkage are one lath, and what is drilled and bent where."""
+"""Segments of a linkage that form one lath, and the places of its holes and bends."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def of(session: "LinkageSession", unit: str, overhang: float | None, hole: float | None, edge_distance: float) -> Laths:
-    """Of the newest final shape."""
+    """Laths of the newest final shape."""
     checks.one_of(unit, UNITS, "unit")
     solution = solutions.of(session)
     if not len(solution.lengths):

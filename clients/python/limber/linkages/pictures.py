@@ -26,12 +26,12 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
             view: Sequence[float] = (-60.0, 25.0), unit: str = "", apart: Sequence[str] = ()) -> None:
     """Writes shapes into one .svg file, from left to right, all at the same scale.
 
-    shapes: by title, what session.shape() returns; None: the surface alone. surface: a file (.obj, .ply, .stl, .off, .glb),
-    (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3), drawn behind every shape. Except with
-    points in no order joints are drawn too: green on the surface, the redder the farther from it, the farthest of all shapes red; under each shape stands the
-    root mean square of their distances. view: azimuth and elevation of the eye [degree]; it is far away, so that
-    parallel lines stay parallel. unit: of lengths, for what is written. apart: titles of shapes that are drawn without
-    the surface, as the flat one of a linkage that is deployed to it.
+    shapes: by title, results of session.shape(); None: the surface alone. `surface`: a file (.obj, .ply, .stl, .off, .glb),
+    (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3), drawn behind every shape. Except with points in no
+    order joints are drawn too: green on the surface, the redder the farther from it, the farthest of all shapes red. Under each
+    shape is the root mean square of their distances. `view`: azimuth and elevation of the eye [degree]; it is far away, so that
+    parallel lines stay parallel. `unit`: of lengths, in texts. `apart`: titles of shapes that are drawn without the surface, as
+    the flat one of a linkage that is deployed to it.
     """
     target = checks.path(path, "path")
     if target.suffix.lower() != ".svg":
@@ -83,7 +83,7 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
 
 
 def _surface(surface: Any) -> "tuple[np.ndarray, np.ndarray | None]":
-    """Points and triangles that can be drawn. There is no server to say what is wrong with them."""
+    """Points and triangles that can be drawn. Errors in them are found here, without a server."""
     if isinstance(surface, (str, os.PathLike)):
         points, triangles = surfaces.read(surface, "surface")
     else:
@@ -138,7 +138,7 @@ class _Ground:
         return faces
 
     def distances(self, joints: np.ndarray) -> np.ndarray:
-        """Of joints from the nearest triangle."""
+        """Distances of joints from the nearest triangle."""
         if self.triangles is None:
             return np.zeros(0)
         corners = self.points[self.triangles]
@@ -164,7 +164,7 @@ def _distance(point: np.ndarray, corners: np.ndarray) -> float:
 
 
 class _Panel:
-    """A shape as it is seen."""
+    """A shape as it is drawn."""
 
     def __init__(self, shape: "Shape | None", ground: "_Ground | None", axes: np.ndarray):
         self.lines = [] if shape is None else [line @ axes.T for line in shape.centrelines]

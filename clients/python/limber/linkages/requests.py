@@ -21,24 +21,22 @@ from .session import LinkageSession
 
 
 class LinkageRequests(ServerCore):
-    """Of a server, what is of rod linkages alone."""
+    """Requests to a server that concern rod linkages alone."""
 
     def starting_grid(self, surface: Any, *, columns: int | None = None, rows: int | None = None,
                       flat_angle: float | None = None, margin: float | None = None,
                       translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
                       scale: float | None = None, section: Any = None,
                       drive: float | None = None) -> StartingGrid:
-        """Two families of straight rods for a patch of surface without holes: they lie flat without stress, and their
-        directions change from rod to rod so that the grid leaves its plane when it opens, to about the surface. For a
-        design where there is only a surface: limber.linkage_scene(grid.vertices, grid.edges, section=..), then
-        session.deploy(grid.mean_angle).
+        """Two families of straight rods for a patch of surface without holes. They lie flat without stress. Their directions
+        change from rod to rod, so that the grid leaves its plane when it opens, to about the surface. For a design of which only
+        the surface is known: limber.linkage_scene(grid.vertices, grid.edges, section=..), then session.deploy(grid.mean_angle).
 
-        surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints of rods
-        along the patch's longer sides and of those across (8); flat_angle: at which rods cross when it lies flat
-        [degree] (25); margin: share of the patch that is left free at its rim (0.02). section: of the rods, as
-        linkage_scene() takes it; grids whose rods would overlap are refused, and rods that are too stiff to leave the
-        plane, or not stiff enough sideways. drive: how many times the surface's curvature the rods are drawn for, since
-        they resist; None: as the section needs it, else 3.
+        surface, translation, rotation, scale: as LinkageSession.design(). `columns`, `rows`: joints of rods along the patch's
+        longer sides and of those across (8). `flat_angle`: angle at which rods cross when it lies flat [degree] (25). `margin`:
+        share of the patch that is left free at its rim (0.02). `section`: of the rods, as linkage_scene() takes it; grids whose
+        rods would overlap are refused, and rods that are too stiff to leave the plane, or not stiff enough sideways. `drive`:
+        factor of the surface's curvature for which the rods are drawn, since they resist; None: as the section needs it, else 3.
         """
         request = grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale, drive)
         if section is not None:
@@ -47,9 +45,9 @@ class LinkageRequests(ServerCore):
 
     def open_grid(self, grid: "StartingGrid", *, section: Any, session: str = "", edges_per_segment: int = 6,
                   progress: ProgressOption = None, timeout: float = 600.0, **options: Any) -> LinkageSession:
-        """Opens a starting grid as a session: flat, deployed to the angle that it has on its surface, and pushed to the
-        surface's side until it is there (RodLinkage.erection); held in its middle. section: that the grid was made with;
-        edges_per_segment, options: of limber.linkage_scene().
+        """Opens a starting grid as a session: flat, deployed to its angle on the surface, and pushed to the surface's side until
+        it is there (RodLinkage.erection). It is held in its middle. `section`: that the grid was made with; edges_per_segment,
+        options: of limber.linkage_scene().
         """
         if grid.push.size == 0:
             raise invalid("grid", "make the grid with section=, so that it is known what pushes it to its side")
@@ -74,7 +72,7 @@ class LinkageRequests(ServerCore):
     @staticmethod
     @contextmanager
     def _closing(opened: LinkageSession) -> "Iterator[None]":
-        """No session is left behind of what is refused later."""
+        """Closes the session if a later request is refused."""
         try:
             yield
         except BaseException:

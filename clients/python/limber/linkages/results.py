@@ -30,7 +30,7 @@ class LinkageStep:
 
 @dataclass(frozen=True)
 class LinkageResult(Result):
-    """One published shape of a linkage. Of a result that is not final, the mean angle alone is known."""
+    """One published shape of a linkage. For a result that is not final, the mean angle alone is known."""
 
     stretching_energy: float = 0.0  # of the rods [J]
     bending_energy: float = 0.0
@@ -46,7 +46,7 @@ class LinkageResult(Result):
 
     @property
     def events(self) -> tuple[LinkageStep, ...]:
-        """Where along the path the branch of equilibria changed."""
+        """Places on the path at which the branch of equilibria changed."""
         return tuple(step for step in self.path if step.event)
 
     @property

@@ -29,12 +29,12 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
     .obj file with lines.
 
     section: the shape of the rods and its dimensions, e.g. {"rectangle": (width, height)} or {"tube": {"diameter": 0.02,
-    "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon.
-    stiff_axis: "as_given" (a width lies in the surface, a height stands on it), "d1" (the stiffer axis lies in the
-    surface: bending sideways is the stiffer) or "d2". normals: n x 3, of the surface at the vertices. bending: "material_frames", "averaged_frames" or
-    "turning_angle". rest_lengths: "as_drawn", or "least_stress": those for which the linkage as drawn has least elastic
-    energy. tolerance: positions are to be off by at most this share of the linkage's size by its discretisation; without
-    edges_per_segment, as many are chosen as that takes. What is not given has the server's default.
+    "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon. `stiff_axis`:
+    "as_given" (a width lies in the surface, a height stands on it), "d1" (the stiffer axis lies in the surface: bending sideways
+    is the stiffer) or "d2". `normals`: n x 3, of the surface at the vertices. `bending`: "material_frames", "averaged_frames" or
+    "turning_angle". `rest_lengths`: "as_drawn", or "least_stress": those for which the linkage as drawn has least elastic energy.
+    `tolerance`: bound of position errors by discretisation, as a share of the linkage's size; without edges_per_segment, as many
+    are chosen as that takes. Options that are not given have the server's default.
     """
     scene = messages.Scene(name=checks.text(name, "name"))
     linkage = scene.linkage

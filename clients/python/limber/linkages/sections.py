@@ -1,4 +1,4 @@
-"""Sections of rods as numbers: what makers and weights need."""
+"""Sections of rods as numbers, for makers and weights."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ class LinkageSession(OpenSession):
 
     def load(self, joint: int, *, force: Sequence[float] = (0, 0, 0), moment: Sequence[float] = (0, 0, 0),
              torque: float = 0.0) -> Receipt:
-        """Replaces what loads a joint: a force [N], a moment [N m], a torque that opens it [N m]; nothing: no load."""
+        """Replaces the loads of a joint: a force [N], a moment [N m], a torque that opens it [N m]; nothing: no load."""
         load = messages.JointLoad(joint=checks.whole(joint, "joint"), force=vector(force, "force"),
                                   moment=vector(moment, "moment"), torque=checks.real(torque, "torque"))
         return self.edit([service.Edit(set_joint_load=service.SetJointLoad(load=load))])
@@ -164,7 +164,7 @@ class LinkageSession(OpenSession):
         return np.array(self.conditions().edge_lengths)
 
     def set_section_scales(self, scales: Any) -> Receipt:
-        """Of each segment: its section is as large times this in both directions. None ([]): 1."""
+        """Scale of each segment's section in both directions. None ([]): 1."""
         change = service.SetSectionScales(scales=checks.numeric(scales, "scales").ravel())
         return self.edit([service.Edit(set_section_scales=change)])
 
@@ -185,23 +185,24 @@ class LinkageSession(OpenSession):
                thickest_sections: Any = None, guard: str | None = None, fitted_points: Any = None,
                flat_angle: float | None = None, placement: "Placement | None" = None,
                least_cover: float | None = None) -> Design:
-        """Begins a search for rest lengths with which the shape without angles lies flat, or that at a mean angle, and the one that pins and
-        angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
+        """Begins a search for rest lengths with which the shape without angles, or that at a mean angle, lies flat. The shape
+        that pins and angles give now should be near to a surface or targets, at little stress. limber.v1.DesignGoal has the
+        objective.
 
-        surface: an .obj, .ply, .stl, .off or .glb file, (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3; a
-        height field is laid through them), put where scale, rotation
-        (axis times angle [degree]) and translation say. targets: {joint: position} or {joint: (position, weight)}, or
-        positions of all joints. shortest, longest: bounds of rest lengths, as shares of those of the start.
-        flat_height: allowed root mean square height of the flat shape, as a share of its extent; smallest_angle: bound
-        on its opening angles [degree], a tenth of the start's where that lies open. shortest_lengths, longest_lengths: bounds of each segment in place of the
-        shares [length unit]; joint_weights: of each joint's distance to the surface. lengths: what is varied, those of
-        "segments" (default) or "edges", or "kept"; sections: "segments" varies the scale of each segment's section
-        (default "kept"), between thinnest and thickest, or thinnest_sections and thickest_sections one by one. guard:
-        against buckling of the flat shape, "when_needed" (default), "from_start" or "never". fitted_points: of the
-        surface, one for each joint: it is put where these are nearest to the joints. flat_angle: mean opening angle that
-        the flat shape is held at [degree]; nothing holds it by default. placement: in place of scale, rotation and
-        translation, as info.placement of an earlier design. least_cover: share of the area of the start's cells
-        (at most the surface's) that the design keeps (0.9). What is not given has the server's default.
+        surface: an .obj, .ply, .stl, .off or .glb file, (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3;
+        a height field is laid through them). It is placed by scale, rotation (axis times angle [degree]) and translation.
+        `targets`: {joint: position} or {joint: (position, weight)}, or positions of all joints. `shortest`, `longest`: bounds of
+        rest lengths, as shares of those of the start. `flat_height`: allowed root mean square height of the flat shape, as a
+        share of its extent. `smallest_angle`: bound on its opening angles [degree], a tenth of the start's if that lies open.
+        `shortest_lengths`, `longest_lengths`: bounds of each segment in place of the shares [length unit]. `joint_weights`: of
+        each joint's distance to the surface. `lengths`: the variables, lengths of "segments" (default) or "edges", or "kept".
+        `sections`: "segments" varies the scale of each segment's section (default "kept"), between thinnest and thickest, or
+        thinnest_sections and thickest_sections one by one. `guard`: against buckling of the flat shape, "when_needed" (default),
+        "from_start" or "never". `fitted_points`: of the surface, one for each joint: it is put where these are nearest to the
+        joints. `flat_angle`: mean opening angle at which the flat shape is held [degree]; by default it is not held. `placement`:
+        in place of scale, rotation and translation, as info.placement of an earlier design. `least_cover`: share of the area of
+        the start's cells (at most the surface's) that the design keeps (0.9). Options that are not given have the server's
+        default.
 
         A design that ends by itself with flat_height, smallest_angle and least_cover kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
@@ -219,7 +220,7 @@ class LinkageSession(OpenSession):
         return Design(self, response.job)
 
     def current_design(self) -> Design:
-        """The newest one, whoever began it."""
+        """The newest one, begun by any client."""
         design = Design(self)
         design.job = design.info().job
         return design
@@ -231,7 +232,7 @@ class LinkageSession(OpenSession):
         return len(self.geometry().vertex_of_joint)
 
     def geometry(self) -> LinkageGeometry:
-        """Of the newest shape; fetched again where the linkage was cut into more edges."""
+        """Geometry of the newest shape; fetched again if the linkage was cut into more edges."""
         known = self._geometry.basis_hash if self._geometry is not None else ""
         return self._fetch_geometry(service.GetGeometryRequest(session=self.reference, known_basis_hash=known))
 
@@ -272,7 +273,7 @@ class LinkageSession(OpenSession):
     COLOURS = ("none", "stress", "utilisation")
 
     def coloured(self, colour: str, frame: int, yield_stress: float | None = None) -> Coloured:
-        """The shape itself: what the equilibria before it carry is not known here."""
+        """The shape itself: the forces of the equilibria before it are not known here."""
         if frame != -1 and colour != "none":
             raise invalid("frame", "of a linkage the last frame alone is coloured")
         frames, faces = self.frames(), self.geometry().surface
@@ -301,11 +302,11 @@ class LinkageSession(OpenSession):
 
     def laths(self, unit: str = "mm", overhang: float | None = None, *, hole: float | None = None,
               edge_distance: float = EDGE_DISTANCE) -> Laths:
-        """What is to be cut: the rods with their holes, and what they are bent to in the newest equilibrium.
+        """Cutting plan: the rods with their holes, and their curvatures in the newest equilibrium.
 
-        unit: of all lengths, "mm", "cm", "m" or "in"; hole: diameter of all holes [unit], a fifth of the narrowest lath's
-        width by default, at most half of it; overhang: of a lath beyond the middles of its first and last hole [unit],
-        edge_distance diameters by default; ends that are drawn longer stay so.
+        unit: of all lengths, "mm", "cm", "m" or "in". `hole`: diameter of all holes [unit], a fifth of the narrowest lath's width
+        by default, at most half of it. `overhang`: of a lath beyond the middles of its first and last hole [unit], edge_distance
+        diameters by default; ends that are drawn longer stay so.
         """
         return laths.of(self, unit, overhang, hole, edge_distance)
 

@@ -32,7 +32,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class LinkageGeometry:
-    """What stays the same for all shapes of a linkage, until it is cut into more edges for its tolerance."""
+    """Data common to all shapes of a linkage, until it is cut into more edges for its tolerance."""
 
     coordinates: int               # numbers of one shape
     edges: tuple[int, ...]         # of each segment
@@ -42,7 +42,7 @@ class LinkageGeometry:
     surface: np.ndarray            # triangles x 3, outward, of the swept surface
     nodes: int                     # of the swept surface
     rods: tuple[Rod, ...] = ()   # every segment is in one
-    mixed_angles: bool = False     # what opens one joint closes the next: there is no mean angle to ask for
+    mixed_angles: bool = False     # a rotation that opens one joint closes the next: there is no mean angle to request
     basis_hash: str = field(default="")  # of the edges: frames say by theirs which ones they are of
 
     @staticmethod
@@ -60,7 +60,7 @@ class LinkageGeometry:
         return geometry
 
     def shapes(self, coordinates: np.ndarray) -> list[Shape]:
-        """Of each row of frames in ENCODING_COORDINATES."""
+        """The shape of each row of frames in ENCODING_COORDINATES."""
         self._check(coordinates)
         return [self._shape(row) for row in coordinates]
 

@@ -1,4 +1,4 @@
-"""Where a linkage rests, and what is in it: forces, moments and stresses along its segments, reactions at its joints."""
+"""Equilibrium of a linkage: forces, moments and stresses along its segments, reactions at its joints."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ FIELDS = ("axial_strain", "axial_force", "curvature_1", "curvature_2", "twist_ra
 
 @dataclass(frozen=True)
 class LinkageSolution:
-    """Rows are joints, segments or stations. A segment's stations are its first end, the vertices between its edges and its
-    last end: those of segment s are first[s] .. first[s + 1] - 1. Forces in N, moments in N m, stresses in Pa, angles in
-    degrees, other lengths in the length unit. See limber.v1's files of linkages for what the fields of stations mean."""
+    """Rows are joints, segments or stations. A segment's stations are its first end, the vertices between its edges and its last
+    end: those of segment s are first[s] .. first[s + 1] - 1. Forces in N, moments in N m, stresses in Pa, angles in degrees,
+    other lengths in the length unit. See limber.v1's files of linkages for the meaning of the fields of stations."""
 
     revision: int
     converged: bool              # false: the request has no solution, and this is the last equilibrium of the path
@@ -35,19 +35,19 @@ class LinkageSolution:
     normals: np.ndarray          # joints x 3, unit: the axes of the joints
     angles: np.ndarray           # (joints,) opening angles
     # Forces are those that the solver balances: the sum of reactions, loads, springs and weights is zero to its tolerance.
-    reaction_forces: np.ndarray  # joints x 3: what pins do to the joints whose motion they hold; 0 elsewhere
+    reaction_forces: np.ndarray  # joints x 3: forces of pins on the joints whose motion they hold; 0 elsewhere
     reaction_moments: np.ndarray  # joints x 3, about the joint
     loads: np.ndarray            # joints x 3: forces of conditions
-    spring_forces: np.ndarray    # targets x 3: what each spring does to the linkage; where converged is false, springs of its path
+    spring_forces: np.ndarray    # targets x 3: force of each spring on the linkage; where converged is false, springs of its path
     spring_points: np.ndarray    # the same x 3: where it acts
     weights: np.ndarray          # segments x 3
-    unbalanced_forces: np.ndarray  # joints x 3: what the solver's tolerance leaves at joints that nothing holds
+    unbalanced_forces: np.ndarray  # joints x 3: forces within the solver's tolerance at joints without supports
     joints_of_segment: np.ndarray  # segments x 2; -1: a free end
     rods: tuple[Rod, ...]        # every segment is in one
     rest_lengths: np.ndarray     # (segments,) between their ends
     lengths: np.ndarray          # (segments,)
     section_scales: np.ndarray   # (segments,)
-    end_forces: np.ndarray       # segments x 2 x 3: what the segment does to what is at its first and last end
+    end_forces: np.ndarray       # segments x 2 x 3: forces of the segment on its neighbours at its first and last end
     end_moments: np.ndarray      # segments x 2 x 3
     first: np.ndarray            # (segments + 1,) stations
     points: np.ndarray           # stations x 3
@@ -125,7 +125,7 @@ def _vectors(rows: "list[dict[str, Any]]", name: str, *shape: int) -> np.ndarray
 
 
 def _rows(segments: "list[dict[str, Any]]", name: str, width: int = 0) -> np.ndarray:
-    """Of all stations; what is null is NaN."""
+    """Values of all stations; null is NaN."""
     values = [np.array(segment["stations"][name], dtype=float) if segment["stations"].get(name) is not None
               else np.full(len(segment["stations"]["position"]), np.nan) for segment in segments]
     return np.concatenate(values) if values else np.zeros((0, width) if width else 0)

@@ -1,4 +1,4 @@
-"""Triangle surfaces read from files for what is drawn here. What is designed with them is read by the server."""
+"""Triangle surfaces read from files for drawing. The server reads the surfaces of designs itself."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .. import checks, files
 from ..errors import invalid
 from . import glb_surfaces
 
-# Of numbers, by both names that .ply has for them, the letter that struct has.
+# Types of numbers, by both names that .ply has for them: the letter that struct has.
 _NUMBERS = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f",
             "double": "d", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
             "float32": "f", "float64": "d"}

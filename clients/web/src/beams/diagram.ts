@@ -4,7 +4,7 @@ import { doubles } from "../wire/arrays";
 
 export type DiagramOf = "none" | "axial" | "torque" | "shear2" | "shear3" | "moment2" | "moment3";
 
-/** Of a diagram: its column of stations and row of element_extremes, and the axis that it is drawn along. */
+/** A kind of diagram: its column of stations and row of element_extremes, and the axis that it is drawn along. */
 interface Kind {
   title: string;
   unit: string;
@@ -34,16 +34,16 @@ export const DIAGRAM_CHOICES: readonly [DiagramOf, string][] = [
 
 /** Stations along an element that the page asks for. */
 export const STATIONS = 21;
-/** Of a station: six forces and moments, the equivalent stress, the utilisation. */
+/** Columns of a station: six forces and moments, the equivalent stress, the utilisation. */
 export const STATION_COLUMNS = 8;
-/** Of element_extremes: six rows of the smallest value, its place, the largest, its place. */
+/** Columns of element_extremes: six rows of the smallest value, its place, the largest, its place. */
 const EXTREMES = 4;
 const KIND_COUNT = 6;
 /** Forces below this share of the largest force or moment (over the structure's size) are rounding of the solver. */
 export const NOISE = 1e-7;
 
 export interface Diagram extends Kind {
-  /** Of each element at its stations, from start to finish. */
+  /** Values of each element at its stations, from start to finish. */
   values: Float64Array[];
   low: number;
   high: number;
@@ -57,7 +57,7 @@ function extremesOf(extremes: Float64Array, element: number, kind: Kind): [numbe
   return [extremes[at] ?? Number.NaN, extremes[at + 2] ?? Number.NaN];
 }
 
-/** Of each element at its stations: one column of them. */
+/** One column of each element at its stations. */
 export function alongElements(solution: BeamSolution, column: number): Float64Array[] {
   const stations = solution.stations ? doubles(solution.stations) : new Float64Array(0);
   const count = Number(solution.stations?.shape[1] ?? 0);
@@ -83,7 +83,7 @@ export function diagramOf(solution: BeamSolution, of: DiagramOf, size: number): 
   return { ...kind, values, low, high, largest: largest > floor ? largest : 0 };
 }
 
-/** Of forces [N]: what is smaller is not told from none. Of moments this times the size. extremes: of all elements. */
+/** Forces [N] below this are treated as zero. For moments it is multiplied by the size. extremes: of all elements. */
 export function noiseOf(extremes: Float64Array, size: number): number {
   const kinds = Object.values(KINDS);
   let largest = 0;
@@ -101,7 +101,7 @@ export function forcesOf(solution: BeamSolution, element: number): [string, numb
   return Object.values(KINDS).map((kind) => [kind.title, ...extremesOf(extremes, element, kind), kind.unit]);
 }
 
-/** A part of a diagram of one sign, between two stations: on the beam, and as far beside it as the value is large. */
+/** A part of a diagram of one sign, between two stations: on the beam, and at the distance of the value from it. */
 export interface Patch {
   base: [Vector3, Vector3];
   tip: [Vector3, Vector3];
@@ -109,9 +109,8 @@ export interface Patch {
 }
 
 /**
- * The diagram over one element, straight from one value to the next.
- * points: on the beam, equally apart, and the direction of `axis` at each; values: equally apart, too, two at least; scale: length
- * per unit of the value.
+ * The diagram over one element, straight from one value to the next. `points`: on the beam, equally spaced, and the
+ * direction of `axis` at each. `values`: equally spaced, too, two at least; scale: length per unit of the value.
  */
 export function patchesOf(
   points: readonly { point: Vector3; axis: Vector3 }[],
@@ -140,7 +139,7 @@ export function patchesOf(
   });
 }
 
-/** Where patches begin and end: at points, at values, and where the value changes its sign. */
+/** Ends of patches: at points, at values, and at places where the value changes its sign. */
 function sharesOf(points: number, values: ArrayLike<number>): number[] {
   const shares = new Set<number>();
   for (let i = 0; i < points; i++) shares.add(i / (points - 1));

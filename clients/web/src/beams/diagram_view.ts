@@ -13,7 +13,7 @@ const SHARE = 0.12;
 
 const css = (color: number): string => `#${color.toString(16).padStart(6, "0")}`;
 
-/** A diagram of forces along the beams, and what it means. */
+/** A diagram of forces along the beams, and its meaning. */
 export class DiagramView {
   of: DiagramOf = "none";
   /** As it is drawn. */
@@ -68,7 +68,7 @@ function end(color: number, word: string, value: number, unit: string): HTMLElem
   return el("span", {}, swatch, ` ${word} ${number(value)} ${unit}`);
 }
 
-/** What is in a beam of the newest final shape: smallest and largest values along it; null: not known yet. */
+/** Forces in a beam of the newest final shape: smallest and largest values along it; null: not known yet. */
 export function forcesTable(solution: BeamSolution | null, element: number): HTMLElement {
   if (!solution) return el("p", { class: "quiet" }, "Its forces are known of the final shape.");
   const rows = forcesOf(solution, element).map(([title, least, largest, unit]) => {

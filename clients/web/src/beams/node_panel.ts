@@ -18,7 +18,7 @@ const FIXED = [
   ["fixRotationZ", "about z"],
 ] as const;
 
-/** What acts on a node, editable. position [m]. */
+/** Supports and loads of a node, editable. position [m]. */
 export function nodePanel(
   node: number,
   position: { x: number; y: number; z: number },

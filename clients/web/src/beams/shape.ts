@@ -9,7 +9,7 @@ const DRAWN_EDGES = 8;
 const FEW_EDGES = 3;
 const MANY_ELEMENTS = 1500;
 const ROUND_CORNERS = 14;
-/** Of a structure's size: beams that are thinner are drawn so thick, to be seen. */
+/** Share of a structure's size: thinner beams are drawn with this thickness, to be visible. */
 const LEAST_SHARE = 0.003;
 
 /** A section's outline in (axis 2, axis 3). least: half of the least thickness drawn. */
@@ -132,7 +132,7 @@ export class BeamShapes {
     return { line, directors };
   }
 
-  /** Of an element as it is drawn: its points and axis 2 or 3 of its section there. */
+  /** Stations of an element as it is drawn: its points and axis 2 or 3 of its section there. */
   stations({ line, directors }: RodShape, element: number, axis: 2 | 3): { point: Vector3; axis: Vector3 }[] {
     const first = (this.drawnEdges + 1) * element;
     const point = (i: number): Vector3 => new Vector3().fromArray(line, 4 * (first + i));

@@ -14,11 +14,11 @@ export const COLOR_CHOICES: readonly [ColorBy, string][] = [
   ["stress", "equivalent stress"],
 ];
 
-/** What is smaller is not told from none: [Pa], [%]. */
+/** Smaller values are treated as zero: [Pa], [%]. */
 const LEAST_STRESS = 1;
 const LEAST_PERCENT = 1e-4;
 
-/** size: of the structure [m]. Of each element at its stations, the quantity that colours show. */
+/** size: of the structure [m]. The values that colours show, for each element at its stations. */
 export function valuesOf(solution: BeamSolution, by: ColorBy, size: number): Values | null {
   const force = noiseOf(doubles(solution.elementExtremes), size);
   const along = (column: number): Float64Array => joined(alongElements(solution, column));

@@ -53,7 +53,7 @@ export class BeamWorkspace implements Workspace {
   private element: number | null = null;
   private colorBy: ColorBy = "utilisation";
   private mode: DragMode = "move";
-  /** Of a drag as long as the structure [N]. */
+  /** Force of a drag as long as the structure [N]. */
   private force = DEFAULT_FORCE;
   private solution: { of: BeamSolution; sequence: bigint } | null = null;
   private isAsking = false;

@@ -39,7 +39,7 @@ export class Basis {
     }
   }
 
-  /** Of some nodes, x y z each. */
+  /** Positions of some nodes, x y z each. */
   positions(nodes: Uint32Array, coordinates: Reals): Float64Array {
     const made = new Float64Array(3 * nodes.length);
     nodes.forEach((node, i) => {

@@ -61,17 +61,17 @@ function sizeFor(count: number): [side: number, rows: number] {
 }
 
 /**
- * The deformed surface of a body as two textures, positions (relative to the basis's origin) and normals, one texel a vertex, row by row. The basis is
- * on the GPU as an array of layers; a frame is its coordinates. Vertices are nodes, or those of a carried surface, which
- * are made of the positions of the nodes that it hangs on. Where the GPU cannot draw into float textures, or has
- * fewer layers than the basis has columns, positions are computed here and uploaded.
+ * The deformed surface of a body as two textures, positions (relative to the basis's origin) and normals, one texel a
+ * vertex, row by row. The basis is on the GPU as an array of layers; a frame is its coordinates. Vertices are nodes, or
+ * those of a carried surface, which are made of the positions of the nodes that it hangs on. If the GPU cannot draw
+ * into float textures, or has fewer layers than the basis has columns, positions are computed here and uploaded.
  */
 export class Deformer {
   readonly side: number;
   readonly isOnGpu: boolean;
   isHalf = false;
   private readonly rows: number;
-  /** Of textures with one texel a node. */
+  /** Side of textures with one texel a node. */
   private readonly nodeSide: number;
   private readonly nodeRows: number;
   private readonly scene = new Scene();
@@ -265,7 +265,7 @@ export class Deformer {
     return made;
   }
 
-  /** Of each vertex, where its pairs begin and how many; pairs: the two other corners of each triangle around it. */
+  /** For each vertex, the start and number of its pairs; pairs: the two other corners of each triangle around it. */
   private makeRings(): [Float32Array, Float32Array] {
     const counts = new Uint32Array(this.count + 1);
     for (const vertex of this.triangles) counts[vertex + 1] = (counts[vertex + 1] ?? 0) + 1;

@@ -10,7 +10,7 @@ export interface Columns {
   readonly columns: number;
 }
 
-/** Of each column the largest absolute value in the rows of some nodes; 1 where all are 0. Divided by it, none overflows. */
+/** The largest absolute value of each column in the rows of some nodes; 1 if all are 0. Dividing by it avoids overflow. */
 export function columnSizes({ values, columns }: Columns, nodes: Uint32Array): Float32Array {
   const sizes = new Float32Array(columns);
   for (const node of nodes)
@@ -20,8 +20,8 @@ export function columnSizes({ values, columns }: Columns, nodes: Uint32Array): F
 }
 
 /**
- * How far the positions of nodes may be off along an axis where a basis, its columns divided by their sizes, is rounded
- * to half floats, for coordinates up to these in absolute value.
+ * Bound of position errors of nodes along an axis if a basis, its columns divided by their sizes, is rounded to half
+ * floats. It holds for coordinates up to these in absolute value.
  */
 export function halfError(
   { values, columns }: Columns,

@@ -21,7 +21,7 @@ const FORMS: [TimeDiscretisation, string][] = [
 ];
 const DEFAULTS = { framesPerSecond: 30, periodFrames: 40, inertia: 0, ...DEFAULT };
 
-/** Dynamics, ends, and what of the material is optimised. */
+/** Dynamics, ends, and the optimised variables of the material. */
 export function materialPanel(desk: Desk): { element: HTMLElement; update(): void } {
   const content = el("div", { class: "form" });
   const send = (edit: EditInit): void => {
@@ -123,7 +123,7 @@ export function materialPanel(desk: Desk): { element: HTMLElement; update(): voi
   return { element, update };
 }
 
-/** One control for how lively a motion is; the numbers behind it are beside it. */
+/** One control for the liveliness of a motion, with the underlying numbers next to it. */
 function calmControl(now: Liveliness, change: (to: Liveliness) => void): HTMLInputElement {
   const made = el("input", {
     type: "range",
@@ -138,7 +138,7 @@ function calmControl(now: Liveliness, change: (to: Liveliness) => void): HTMLInp
   return made;
 }
 
-/** What the scene says. */
+/** Values of the scene. */
 function pick(dynamics: Partial<typeof DEFAULTS> | undefined): Partial<typeof DEFAULTS> {
   const made: Partial<typeof DEFAULTS> = {};
   if (dynamics?.framesPerSecond !== undefined) made.framesPerSecond = dynamics.framesPerSecond;

@@ -39,8 +39,8 @@ export function pathOf(keys: Key[]): { frame: number; target: { x: number; y: nu
 }
 
 /**
- * Where a path is in a frame, in the kind and unit of its target: what the server holds there (Constraint.path), monotone
- * between keys on each axis.
+ * Position of a path in a frame, in the kind and unit of its target: the server's value there (Constraint.path),
+ * monotone between keys on each axis.
  */
 export function targetIn(constraint: Constraint, frame: number): [number, number, number] {
   const keys = keysOf(constraint);

@@ -4,7 +4,7 @@ import type { Reals } from "../wire/arrays";
 import type { Basis } from "./basis";
 import type { Carried } from "./carried";
 
-/** What a constraint holds: a group of nodes, or in their place a point or a vertex of a surface. */
+/** Held place of a constraint: a group of nodes, or in their place a point or a vertex of a surface. */
 export interface Place {
   nodes: number[];
   point?: MessageInitShape<typeof SurfacePointSchema>;
@@ -19,7 +19,7 @@ export interface WeightedNodes {
 
 /** The surfaces that points are of. */
 export interface Surfaces {
-  /** Of the mesh: three nodes a triangle. */
+  /** Triangles of the mesh: three nodes a triangle. */
   readonly triangles: ArrayLike<number>;
   readonly carried: Carried | null;
 }
@@ -48,7 +48,7 @@ export function weightedNodes(place: Place, { triangles, carried }: Surfaces): W
 
 const NONE: WeightedNodes = { nodes: [], weights: null };
 
-/** Where a place is. */
+/** Position of a place. */
 export function positionOf(held: WeightedNodes, basis: Basis, coordinates: Reals): [number, number, number] {
   return basis.mean(held.nodes, coordinates, held.weights);
 }
@@ -59,7 +59,7 @@ export function describePlace({ nodes, point, surfaceVertex }: Place): string {
   return nodes.length === 1 ? `node ${nodes[0]}` : `${nodes.length} nodes`;
 }
 
-/** The same place: what is dragged again is moved. */
+/** The same place: dragging it again moves the constraint. */
 export function isSamePlace(a: Place, b: Place): boolean {
   return (
     a.nodes.length === b.nodes.length &&

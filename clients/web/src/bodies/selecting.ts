@@ -4,14 +4,14 @@ import type { Stage } from "../view/stage";
 import { Rectangle } from "./rectangle";
 import type { BodySurface } from "./surface";
 
-/** Of the body's length: how far around the pointer Shift and drag add nodes to a group. */
+/** Share of the body's length: distance from the pointer within which Shift and drag add nodes to a group. */
 const BRUSH_SHARE = 0.03;
 
-/** A body whose nodes are selected, and what is selected of them. */
+/** A body whose nodes are selected, and the selected part. */
 export interface Selecting {
   stage: Stage;
   surface: BodySurface;
-  /** Of the body [length unit]. */
+  /** Extent of the body [length unit]. */
   extent: number;
   group(): number[];
   set(group: number[]): void;
@@ -19,7 +19,7 @@ export interface Selecting {
   end(isMoved: boolean): void;
 }
 
-/** Adds nodes around the pointer; null beside the body. */
+/** Adds nodes around the pointer; null next to the body. */
 export function paint({ stage, surface, extent, group, set, end }: Selecting, at: PointerAt): Grab | null {
   const hit = surface.pick(at.raycaster);
   if (!hit) return null;

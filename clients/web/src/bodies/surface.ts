@@ -28,7 +28,7 @@ export interface BodyHit {
   node: number;
   /** The very point, as a constraint names it. */
   point: { triangle: number; weights: number[]; surface: PointSurface };
-  /** Of that point, as shown. */
+  /** Position of that point, as shown. */
   position: Vector3;
 }
 
@@ -37,12 +37,12 @@ export class BodySurface {
   readonly group = new Group();
   basis: Basis | null = null;
   deformer: Deformer | null = null;
-  /** What the scene's `surface` is, where it names one. */
+  /** The scene's `surface`, if it names one. */
   carried: Carried | null = null;
   /** Whether the carried surface is drawn, where there is one. */
   isCarriedWanted = true;
   private mesh: Mesh | null = null;
-  /** Of the boundary of the tets. */
+  /** Triangles of the boundary of the tets. */
   private boundary = new Uint32Array(0);
   private boundaryTriangles = new Uint32Array(0);
   /** Its triangles, of nodes. */
@@ -92,7 +92,7 @@ export class BodySurface {
     this.stage.invalidate();
   }
 
-  /** The nodes that what a constraint holds moves with. */
+  /** The nodes with which the held place of a constraint moves. */
   held(place: Place): WeightedNodes {
     return weightedNodes(place, { triangles: this.meshTriangles, carried: this.carried });
   }
@@ -109,14 +109,14 @@ export class BodySurface {
     return this.drawn ? this.drawn.nodeOf(vertex) : (this.boundary[vertex] ?? 0);
   }
 
-  /** Of the drawn surface's vertices, as shown. */
+  /** Positions of the drawn surface's vertices, as shown. */
   private positions(basis: Basis): Float64Array {
     const { drawn } = this;
     if (!drawn) return basis.positions(this.boundary, this.shown);
     return drawn.positions(basis.positions(drawn.nodes, this.shown), new Float64Array(3 * drawn.vertices));
   }
 
-  /** Where a ray meets the surface first. */
+  /** The first intersection of a ray with the surface. */
   pick(raycaster: Raycaster): BodyHit | null {
     const { basis } = this;
     if (!basis || !this.shown.length) return null;
@@ -228,7 +228,7 @@ function barycentric(point: Vector3, corners: readonly [Vector3, Vector3, Vector
   return shares.map((share) => share / sum);
 }
 
-/** Positions and normals come from the deformer's textures. Where the surface has an edge, the triangle's own normal. */
+/** Positions and normals are from the deformer's textures. At an edge of the surface, the triangle's own normal is used. */
 function useTextures(shader: WebGLProgramParametersWithUniforms, deformer: Deformer): void {
   shader.uniforms.deformed = { value: deformer.positions };
   shader.uniforms.deformedNormals = { value: deformer.normals };

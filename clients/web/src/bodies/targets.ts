@@ -13,7 +13,7 @@ export const AXES = [
   ["z", Axis.Z],
 ] as const;
 
-/** Where a constraint wants what it holds to be in one of its frames; null: it is of a velocity. */
+/** Target position of a constraint in one of its frames; null: its target is a velocity. */
 export function targetPosition(
   constraint: Constraint,
   held: WeightedNodes,

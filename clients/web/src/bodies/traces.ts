@@ -11,10 +11,10 @@ export interface Line {
 
 const MAX_FRAMES = 4000;
 const MAX_TRACES = 12;
-/** Of a group so many nodes stand for all. */
+/** At most this many nodes of a group stand for all. */
 const MAX_NODES = 20;
 
-/** Trajectories of what is held, frame by frame. */
+/** Trajectories of held places, frame by frame. */
 export function tracesOf(places: Place[], surface: BodySurface, motion: MotionBuffer, color: number): Line[] {
   const { basis } = surface;
   if (!basis || motion.frames > MAX_FRAMES) return [];

@@ -25,11 +25,11 @@ const COLORS = {
   group: 0x7b2fbf,
   trace: 0x3d7ea6,
 } as const;
-/** Of the body's length: how deep behind the pointer a held point may be to be the one that is dragged. */
+/** Share of the body's length: largest depth behind the pointer at which a held point is the dragged one. */
 const NEAR_SHARE = 0.1;
 const DEFAULT_RATE = 30;
 
-/** What is dragged, until the server's scene has it. */
+/** The dragged place, until the server's scene has it. */
 interface Dragged {
   id: bigint;
   place: Place;
@@ -177,7 +177,7 @@ export class BodyWorkspace implements Workspace {
     return this.constraints.filter((one) => covers(one, this.desk.frame) && one.target.case !== "velocity");
   }
 
-  /** Of those in which a constraint acts the shown one, or the first. */
+  /** The shown frame if the constraint acts in it, else the first of its frames. */
   private frameOf(constraint: Constraint): number {
     return covers(constraint, this.desk.frame) ? this.desk.frame : constraint.frame;
   }
@@ -205,7 +205,7 @@ export class BodyWorkspace implements Workspace {
     return this.drag({ id: 0n, place, frame: this.desk.frame, target: hit.position }, null, hit.node);
   }
 
-  /** Where a place is in the shown frame. */
+  /** Position of a place in the shown frame. */
   private placePosition(place: Place): Vector3 {
     const { basis } = this.surface;
     if (!basis) return new Vector3();
@@ -266,7 +266,7 @@ export class BodyWorkspace implements Workspace {
     };
   }
 
-  /** Nodes that were clicked: what could be done with them. */
+  /** Possible actions for nodes that were clicked. */
   private noteNodes(nodes: number[]): void {
     this.selected = null;
     this.group = nodes;
@@ -275,7 +275,7 @@ export class BodyWorkspace implements Workspace {
     this.desk.refresh();
   }
 
-  /** What selecting with Shift needs of the workspace. */
+  /** Access to the workspace for selecting with Shift. */
   private get selecting(): Selecting {
     return {
       stage: this.desk.stage,
@@ -362,7 +362,7 @@ export class BodyWorkspace implements Workspace {
     this.lines.set([...lines, ...this.traces()]);
   }
 
-  /** Trajectories of what is held: of the selected constraint, else of those of the shown frame. */
+  /** Trajectories of held places: of the selected constraint, else of those of the shown frame. */
   private traces(): Line[] {
     if (!this.areTracesShown) return [];
     const shown = this.constraints.filter(

@@ -53,7 +53,7 @@ export function choice(
   return made;
 }
 
-/** Selects a thing by its number: for who has no pointer. count: of these things. */
+/** Selects a thing by its number, for users without a pointer. count: of these things. */
 export function picker(name: string, count: number, picked: (index: number) => void): HTMLElement {
   const box = el("input", {
     type: "number",

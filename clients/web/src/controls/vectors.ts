@@ -3,7 +3,7 @@ import { el, field } from "./dom";
 
 const EARTH = -9.81;
 
-/** Gravity along z, on or off. now: what the scene says. */
+/** Gravity along z, on or off. now: the scene's value. */
 export function gravityField(desk: Desk, now: { z: number } | undefined): HTMLElement {
   const box = el("input", { type: "checkbox", checked: (now?.z ?? 0) !== 0 });
   box.onchange = () => {

@@ -33,7 +33,7 @@ function sizeOf({ line }: RodShape): number {
   return Math.hypot(...high.map((value, axis) => value - (low[axis] ?? value)));
 }
 
-/** What rods are coloured by. Stresses are the server's, of final shapes; all else is of the shown shape itself. */
+/** Values that colour rods. Stresses are the server's, of final shapes; all else is of the shown shape itself. */
 export class Coloring {
   by: ColorBy = "bending";
   private stress: { values: Float32Array; sequence: bigint } | null = null;

@@ -17,7 +17,7 @@ const HELD: readonly [string, string][] = [
   [String(Held.MOTION_AND_ANGLE), "both"],
 ];
 
-/** What acts on a joint, editable. shownAngle [degree]. */
+/** Supports and loads of a joint, editable. shownAngle [degree]. */
 export function jointPanel(
   joint: number,
   shownAngle: number,

@@ -5,8 +5,9 @@ import { type SurfacePlacement, SurfacePlacementSchema } from "../../gen/limber/
 const ITERATIONS = 2000;
 
 /**
- * The turn and the move that bring points nearest to others, as a design does with its surface (Horn 1987: the quaternion is the
- * eigenvector of the largest eigenvalue). null: fewer than three points, or as many as there are others are not given.
+ * The turn and the move that bring points nearest to others, as a design does with its surface. (Horn 1987: the
+ * quaternion is the eigenvector of the largest eigenvalue.) Returns null for fewer than three points, or if there are
+ * not as many others.
  */
 export function nearest(points: readonly Vector3[], onto: readonly Vector3[]): SurfacePlacement | null {
   if (points.length < 3 || points.length !== onto.length) return null;

@@ -13,7 +13,7 @@ export class LinkageShapes {
   readonly ends: Int32Array;
   /** Stations of all segments. */
   readonly stations: number;
-  /** Of the geometry: another one where the linkage was cut into more edges. */
+  /** Hash of the geometry: it changes if the linkage was cut into more edges. */
   readonly hash: string;
   private readonly coordinates: number;
 

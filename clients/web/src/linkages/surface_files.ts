@@ -49,7 +49,7 @@ function placed(scene: Object3D): BufferGeometry[] {
   return found;
 }
 
-/** Geometries of a surface file, to be drawn; what is made of it is read by the server. */
+/** Geometries of a surface file, for drawing; the server reads the file for its own use. */
 export async function readSurface(name: string, content: Uint8Array): Promise<BufferGeometry[]> {
   const kind = name.slice(name.lastIndexOf(".")).toLowerCase();
   const data = content.slice().buffer as ArrayBuffer;

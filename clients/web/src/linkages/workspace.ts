@@ -20,7 +20,7 @@ type DragMode = "spring" | "pin";
 
 const COLORS = { joint: 0xf2f4f5, pin: 0xb3261e, target: 0x1f77c9, selected: 0xffc400, load: 0x2e7d32 } as const;
 const PATH_RATE = 12;
-/** Of a rod segment's axial stiffness EA/L: springs that hold a joint near its target without stiffening everything. */
+/** Share of a rod segment's axial stiffness EA/L: springs that hold a joint near its target without stiffening all. */
 const SPRING_SHARE = 1.5e-3;
 const FOOT_SHARE = 0.05;
 const DEFAULT_YOUNG = 1e10;

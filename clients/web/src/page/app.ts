@@ -20,7 +20,7 @@ import { SessionPage } from "./session_page";
 const BUILD_TIMEOUT_MS = 120_000;
 const LIST_EVERY_MS = 3000;
 
-/** The page: its header, the list of what can be opened, and the session that is open. */
+/** The page: its header, the list of scenes to open, and the open session. */
 export class App {
   private readonly connection: Connection;
   private readonly streams: Streams;
@@ -30,7 +30,7 @@ export class App {
   private readonly title = el("span", { class: "title" });
   private readonly actions = el("div", { class: "actions" });
   private page: SessionPage | null = null;
-  /** What a session was opened from, to open it again where the server has lost it. */
+  /** Source of a session, to open it again if the server has lost it. */
   private source: { scene: Scene | null; design: DesignStart | null } = { scene: null, design: null };
   private isRestoring = false;
   private wasConnected = false;
@@ -80,7 +80,7 @@ export class App {
     void this.begin();
   }
 
-  /** Of the session that is open; for tests. */
+  /** The page of the open session; for tests. */
   get opened(): SessionPage | null {
     return this.page;
   }
@@ -132,7 +132,7 @@ export class App {
     }
   }
 
-  /** What is wrong with a scene is said before it is opened. */
+  /** Errors in a scene are shown before it is opened. */
   private async openScene(scene: Scene, session = "", design: DesignStart | null = null): Promise<void> {
     const { issues } = await this.connection.call("validateScene", { scene }, BUILD_TIMEOUT_MS);
     const faults = describeIssues(issues);
@@ -146,7 +146,7 @@ export class App {
     await this.show({ session: opened.session, uid: opened.uid });
   }
 
-  /** A new session of the scene as edited, changed in what no edit can change. */
+  /** A new session of the scene as edited, changed in a part that no edit can change. */
   private async openChanged(session: LiveSession, change: (scene: Scene) => void): Promise<void> {
     try {
       const kept = session.restored();
@@ -295,7 +295,7 @@ export class App {
     });
   }
 
-  /** Another run of the server: what was open is opened again from the newest scene that this page has. */
+  /** Another run of the server: the open session is opened again from the newest scene that this page has. */
   private async restarted(): Promise<void> {
     const { page } = this;
     if (!page || this.isRestoring) return;

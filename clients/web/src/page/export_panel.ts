@@ -4,7 +4,7 @@ import { fetchExport } from "../session/export";
 import type { LiveSession } from "../session/live";
 import { zip } from "./zip";
 
-/** Of bodies that carry a surface. */
+/** For bodies that carry a surface. */
 const CARRIED = [ExportFormat.SURFACE, "the surface it carries (.obj, .pc2)"] as const;
 const FORMATS: Record<string, readonly (readonly [ExportFormat, string])[]> = {
   bodies: [
@@ -34,7 +34,7 @@ function save(name: string, parts: Uint8Array[]): void {
   window.setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
-/** Files to take away: one as it is, several as a .zip. */
+/** Files for download: one alone, several as a .zip. */
 export function exportPanel(session: LiveSession, kind: string, fail: (error: unknown) => void): HTMLElement {
   const formats = [...(FORMATS[kind] ?? [])];
   let chosen = formats[0]?.[0] ?? ExportFormat.UNSPECIFIED;

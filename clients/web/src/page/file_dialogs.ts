@@ -11,7 +11,7 @@ function entry(value: number, least = 0): HTMLInputElement {
   return el("input", { type: "number", min: String(least), step: "any", value: String(value) });
 }
 
-/** What a surface is for; null: the person changed their mind. */
+/** Use of a surface; null: the user cancelled. */
 export async function askAboutSurface(name: string): Promise<"body" | "linkage" | null> {
   let use: "body" | "linkage" = "body";
   const uses = [
@@ -24,7 +24,7 @@ export async function askAboutSurface(name: string): Promise<"body" | "linkage" 
   return (await ask(`${name}: a surface`, [field("What to do with it", pick)], "Continue")) ? use : null;
 }
 
-/** What a mesh does not say: frames and unit. Nodes are fixed afterwards, by painting them. */
+/** Values that a mesh does not define: frames and unit. Nodes are fixed afterwards, by painting them. */
 export async function askAboutBody(
   name: string,
   mesh: MessageInitShape<typeof MeshSourceSchema>,
@@ -53,7 +53,7 @@ export async function askAboutBody(
   });
 }
 
-/** Vertices near the ground, of the lines of an .obj or .ply in text: what a structure of beams is held at. */
+/** Vertices near the ground, of the lines of an .obj or .ply in text: supports of a structure of beams. */
 export function lowestVertices(file: Dropped): number[] {
   const lines = new TextDecoder().decode(file.content).split(/\r?\n/);
   const end = lines.indexOf("end_header");

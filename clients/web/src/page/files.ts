@@ -60,7 +60,7 @@ export function surfaceFile(file: Dropped, all: readonly Dropped[]): MeshFile {
   );
 }
 
-/** Of a file that nothing goes along with. */
+/** A file without companions. */
 function alone(file: Dropped): MeshFile {
   return withCompanions(file, []);
 }
@@ -181,7 +181,7 @@ async function ofSurface(
   return plain(scene && carry(scene, surface, all));
 }
 
-/** A scene of dropped files; null: the person changed their mind. tell: of what takes long. */
+/** A scene of dropped files; null: the user cancelled. tell: reports long steps. */
 export async function sceneOf(
   files: File[],
   connection: Connection,

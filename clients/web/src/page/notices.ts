@@ -3,13 +3,13 @@ import type { Tone } from "../session/words";
 
 const KEPT = 4;
 const SHOWN_MS = 9000;
-/** Of past messages. */
+/** Number of past messages. */
 const LISTED = 100;
 
 const WORDS: Record<Tone, string> = { good: "", busy: "", warning: "warning: ", bad: "problem: " };
 const BADNESS: Record<Tone, number> = { good: 0, busy: 1, warning: 2, bad: 3 };
 
-/** A message that stands for as long as it is so. */
+/** A message that is shown while it applies. */
 interface Standing {
   text: string;
   tone: Tone;
@@ -25,8 +25,8 @@ function clock(): string {
 }
 
 /**
- * Short messages, read out by screen readers. Those of add() go by themselves, what failed stays until it is closed; those
- * of follow() stay for as long as they are so. All can be read again in `past`.
+ * Short messages, read out by screen readers. Those of add() disappear by themselves, failures stay until they are
+ * closed; those of follow() stay while they apply. All can be read again in `past`.
  */
 export class Notices {
   readonly element = el("div", { class: "notices", role: "status", "aria-live": "polite" });
@@ -44,7 +44,7 @@ export class Notices {
   }
 
   /**
-   * A message in place of the one before of this key. text null: it is not so, or not any more. What its reader has closed is
+   * Replaces the message of this key. text null: it does not apply (any more). A message that its reader has closed is
    * shown again when it gets worse.
    */
   follow(key: string, tone: Tone, text: string | null): void {
@@ -74,7 +74,7 @@ export class Notices {
     }
   }
 
-  /** Of a session that is left. */
+  /** Removes the messages of a session that is left. */
   endStanding(): void {
     for (const key of [...this.standing.keys()]) this.follow(key, "good", null);
   }

@@ -6,7 +6,7 @@ import { nameOfTab } from "./tab_name";
 const NAME_KEY = "limber-name";
 const encoder = new TextEncoder();
 
-/** The name that somebody gave; empty: nobody did. */
+/** The name that the user gave; empty: none. */
 function storedName(): string {
   try {
     return localStorage.getItem(NAME_KEY) ?? "";
@@ -28,7 +28,7 @@ function store(name: string): void {
   }
 }
 
-/** Who is in the session, and who made its newest revisions. */
+/** The clients in the session, and the authors of its newest revisions. */
 export class PeoplePanel {
   readonly element: HTMLDetailsElement;
   private readonly summary = el("summary", {}, "People");

@@ -189,7 +189,7 @@ export class ResultsPanel {
   }
 }
 
-/** Why the model is as it is: asked for each time it is opened, and again on demand. */
+/** Reasons for the choice of the model: requested each time it is opened, and again on demand. */
 export function explainPanel(session: LiveSession): HTMLElement {
   const content = el("div", {});
   const ask = async (): Promise<void> => {

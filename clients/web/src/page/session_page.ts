@@ -104,7 +104,7 @@ export class SessionPage implements Desk {
     this.notices.add("bad", inWords(error));
   };
 
-  /** True where the key was meant for the session: what a control with the focus does with its keys goes first. */
+  /** True if the key was meant for the session: a control with the focus handles its own keys first. */
   key(event: KeyboardEvent): boolean {
     const { target } = event;
     const control = target instanceof HTMLElement ? target.closest("input, select, button, summary") : null;

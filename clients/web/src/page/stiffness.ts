@@ -25,7 +25,7 @@ export function stiffnessFile(): {
   return { file, quantity: pick, read };
 }
 
-/** What a scene is painted with; the server reads the file. */
+/** Painted stiffness of a scene; the server reads the file. */
 export function painted(name: string, content: Uint8Array, quantity: PaintedQuantity): PaintedStiffness {
   return create(PaintedStiffnessSchema, { quantity, source: { case: "file", value: { name, content } } });
 }

@@ -5,14 +5,14 @@ const WAIT_MS = 300;
 
 let name = "";
 
-/** Of this tab, while nobody has given it another: by names the server knows whose edits Ctrl+Z takes back. */
+/** Name of this tab, until the user gives it another: by names the server knows whose edits Ctrl+Z undoes. */
 export function nameOfTab(): string {
   return name;
 }
 
 /**
- * Finds the name of this tab: the one that it had before, or a random one. A tab that is duplicated copies what is stored, so
- * that the name is locked as long as the page lives. Call it once, before nameOfTab().
+ * Finds the name of this tab: the one that it had before, or a random one. A duplicated tab copies stored values;
+ * therefore the name is locked as long as the page lives. Call it once, before nameOfTab().
  */
 export async function claimTabName(): Promise<void> {
   const before = storedName();

@@ -23,7 +23,7 @@ export interface StoredMotion {
   frameName: string;
   low: [number, number, number];
   high: [number, number, number];
-  /** base64 of a GetGeometryResponse; of a body its nodes are the surface's vertices, and the basis is beside it. */
+  /** base64 of a GetGeometryResponse; for a body its nodes are the surface's vertices, and the basis is separate. */
   geometry: string;
   basis?: Packed;
   /** base64 of a BeamStructure. */

@@ -9,7 +9,7 @@ import { figureOf, type Show } from "./figures";
 
 const VERSION = 1;
 
-/** What is on the page, for tests and for programs that make pictures of it. */
+/** The contents of the page, for tests and for programs that make pictures of it. */
 export class Player {
   readonly stage: Stage;
   readonly timeline: Timeline;

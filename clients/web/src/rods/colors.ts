@@ -31,7 +31,7 @@ function cssColor(share: number): string {
   return `rgb(${parts.join()})`;
 }
 
-/** What colours mean, with the ends of their range. */
+/** Meaning of colours, with the ends of their range. */
 export class Legend {
   readonly element = el("div", { class: "legend", hidden: true });
 
@@ -54,8 +54,8 @@ export class Legend {
 }
 
 /**
- * Values as shares of their range; not a number: -1, not known. floor: what is smaller is 0 but for rounding, and no range is
- * narrower, so that nothing is coloured by rounding.
+ * Values as shares of their range; not a number: -1, not known. `floor`: smaller values are 0 but for rounding, and no
+ * range is narrower, so that nothing is coloured by rounding.
  */
 export function normalize(given: Float32Array, floor: number): { shares: Float32Array; low: number; high: number } {
   const values = given.map((value) => (Math.abs(value) < floor ? 0 : value));

@@ -16,7 +16,7 @@ export interface Line {
   color: number;
 }
 
-/** What rods are coloured by. floor: what is smaller is 0 but for rounding. */
+/** Values that colour rods. floor: smaller values are 0 but for rounding. */
 export interface Values {
   of: Float32Array;
   title: string;
@@ -24,7 +24,7 @@ export interface Values {
   floor: number;
 }
 
-/** What a drag does beside moving its target. */
+/** Actions of a drag besides moving its target. */
 export interface DragActions {
   /** One edit at a time; null: nothing is sent before the end. */
   send: ((point: Vector3) => Promise<void>) | null;
@@ -34,7 +34,7 @@ export interface DragActions {
   settled?(): void;
 }
 
-/** The picture of a linkage or a structure of beams: rods, markers of joints or nodes, lines, the legend, and what is dragged. */
+/** The picture of a linkage or a structure of beams: rods, markers of joints or nodes, lines, legend, dragged target. */
 export class RodPicture {
   readonly rods: SweptRods;
   readonly legend = new Legend();
@@ -55,7 +55,7 @@ export class RodPicture {
     stage.canvas.after(this.legend.element);
   }
 
-  /** Shares of the values' range, which the legend shows; without values what it says instead. */
+  /** Shares of the values' range, which the legend shows; without values the legend shows `otherwise`. */
   colour(values: Values | null, otherwise = ""): Float32Array | null {
     if (!values) {
       this.legend.show(otherwise);

@@ -191,7 +191,7 @@ function makeGeometry(strips: readonly Strip[]): BufferGeometry {
 
 type Pair = readonly [number, number];
 
-/** Of each side of the outline the normals at both ends: its own, or the mean with its neighbour's where that is round. */
+/** The normals at both ends of each side of the outline: its own, or the mean with its neighbour's if that is round. */
 function sideNormals(outline: readonly Pair[]): [Pair, Pair][] {
   const flat = outline.map(([x, y], k): Pair => {
     const [nextX, nextY] = outline[(k + 1) % outline.length] ?? [x, y];

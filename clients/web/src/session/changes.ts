@@ -12,7 +12,7 @@ import {
 
 const MOST = 6;
 
-/** What came, went and changed in a list of things with a number of their own. */
+/** Added, removed and changed items in a list of things with a number of their own. */
 function compare<D extends DescMessage>(
   name: string,
   schema: D,
@@ -31,7 +31,7 @@ function compare<D extends DescMessage>(
   return [...added, ...removed, ...changed];
 }
 
-/** What is different between two scenes of one session, for people; empty: nothing that this page knows of. */
+/** Differences between two scenes of one session, in words; empty: none that this page knows of. */
 export function describeChanges(before: Scene, after: Scene): string[] {
   const [old, now] = [before.linkage?.conditions, after.linkage?.conditions];
   const [was, is] = [before.beams?.structure, after.beams?.structure];

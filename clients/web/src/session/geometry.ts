@@ -14,8 +14,9 @@ function joined(known: Float32Array, first: number, more: Float32Array, rows: nu
 }
 
 /**
- * A whole geometry of an answer that leaves out what this page holds: the basis or its first columns, the carried
- * surface, all of a linkage that stayed as it was. Throws INTERNAL where what is left out is not here.
+ * A whole geometry of an answer that leaves out the parts that this page holds. These are the basis or its first
+ * columns, the carried surface, and all of an unchanged linkage. Throws INTERNAL if a part that is left out is not
+ * here.
  */
 export function completed(answer: GetGeometryResponse, known: GetGeometryResponse | null): GetGeometryResponse {
   if (!answer.rest && !answer.linkage && !answer.beams && known?.basisHash === answer.basisHash) return known;

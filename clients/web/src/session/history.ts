@@ -1,7 +1,8 @@
 /**
- * How many edits one undo takes back. A drag is many revisions and one step for who drags; what was done before this page
- * came is taken back one revision at a time. The server takes back the own edits of who has a name (isOwn), whatever others
- * did meanwhile; without a name the newest, so that what others did is taken back one revision at a time, too.
+ * How many edits one undo takes back. A drag is many revisions and one step for its user; edits from before this page
+ * came are undone one revision at a time. The server undoes a named client's own edits (isOwn), independent of the
+ * edits of others. Without a name it undoes the newest edit, and then edits of others are also undone one revision at a
+ * time.
  */
 interface Gesture {
   revisions: number;

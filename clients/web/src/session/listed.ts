@@ -18,7 +18,7 @@ function sizeInWords(one: SessionStatus): string {
   return one.tets ? `${one.tets} tets, ${one.frames} frames` : "";
 }
 
-/** A session in a list: its name, what of, how large, how old, who is there. */
+/** A session in a list: its name, kind, size, age, clients. */
 export function describeSession(one: SessionStatus): string {
   const state =
     one.state === SessionState.BUILDING ? "being built" : one.state === SessionState.FAILED ? "no model" : "";

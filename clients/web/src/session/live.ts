@@ -25,7 +25,7 @@ import { wholeMotion } from "./whole_motion";
 
 export type EditInit = MessageInitShape<typeof EditSchema>;
 
-/** What changed: those who show it look again. */
+/** Types of changes: listeners look again. */
 export interface SessionEvents {
   status: SessionStatus;
   result: ResultInfo;
@@ -33,7 +33,7 @@ export interface SessionEvents {
   motion: undefined;
   scene: Scene;
   design: DesignInfo;
-  /** Who is in the session, or this page's number there. */
+  /** The clients in the session, or this page's number there. */
   people: undefined;
   /** Revisions that this page did not make. */
   others: { from: bigint; to: bigint; changes: string[]; authors: string[] };
@@ -71,7 +71,7 @@ export class LiveSession {
   /** Newest revision that this page knows of. */
   revision = 0n;
   private readonly own = new Set<bigint>();
-  /** Of keyframes: those of the scene as opened by this page, and those that this page added. */
+  /** Poses of keyframes: those of the scene as opened by this page, and those that this page added. */
   private readonly poses = new Map<bigint, Keyframe["pose"]>();
   hasBaseMotion = false;
   private readonly handlers = new Map<string, Set<(value: never) => void>>();
@@ -80,7 +80,7 @@ export class LiveSession {
   /** Edits of this page that have no answer yet. */
   private readonly flying = new Set<Promise<unknown>>();
   private turn: Promise<void> = Promise.resolve();
-  /** The newest few, to tell what others changed. */
+  /** The newest few, to report changes by others. */
   private readonly scenes: { revision: bigint; scene: Scene }[] = [];
   private sceneTimer = 0;
   private behindTimer = 0;
@@ -117,7 +117,7 @@ export class LiveSession {
     this.handlers.set(event, all);
   }
 
-  /** Subscribes, then asks for what there is. */
+  /** Subscribes, then requests the current state. */
   async start(): Promise<void> {
     this.listen();
     await this.refresh();
@@ -135,18 +135,18 @@ export class LiveSession {
     }
   }
 
-  /** A page that nobody sees takes no frames. */
+  /** A hidden page takes no frames. */
   sleep(): void {
     for (const topic of this.topics) this.streams.unsubscribe(topic);
   }
 
-  /** What happened meanwhile is asked for, the newest alone. */
+  /** Changes from the meantime are requested, the newest alone. */
   async wake(): Promise<void> {
     this.listen();
     await this.refresh();
   }
 
-  /** All that it takes to open the session again, from what this page holds; null: the scene has not come yet. */
+  /** All data to open the session again, from this page's copies; null: the scene has not come yet. */
   restored(): { scene: Scene; missing: string[] } | null {
     const { opened, poses, hasBaseMotion } = this;
     const hasSurface = this.geometry?.carriedSurface !== undefined;
@@ -176,7 +176,7 @@ export class LiveSession {
     this.emit("people", undefined);
   }
 
-  /** Of a linkage: how its newest design stands. */
+  /** For a linkage: the state of its newest design. */
   async refreshDesign(): Promise<void> {
     const { design } = await this.connection.call("getDesign", { session: this.reference });
     if (design && !this.isClosed) this.takeDesign(design);
@@ -184,7 +184,7 @@ export class LiveSession {
 
   close(): void {
     this.isClosed = true;
-    this.connection.call("leaveSession", { session: this.reference }).catch(() => undefined); // It may be gone.
+    this.connection.call("leaveSession", { session: this.reference }).catch(() => undefined); // It may have ended.
     window.clearTimeout(this.sceneTimer);
     window.clearTimeout(this.behindTimer);
     for (const topic of this.topics) this.streams.unsubscribe(topic);
@@ -250,7 +250,7 @@ export class LiveSession {
     return asked;
   }
 
-  /** Of what this page knows: refused where another page has edited meanwhile. */
+  /** Undoes or redoes from the state that this page knows: refused if another page has edited meanwhile. */
   private async step(kind: "undo" | "redo"): Promise<void> {
     await Promise.allSettled([...this.flying]);
     const count = this.history[kind](this.revision, this.hasName);
@@ -394,7 +394,8 @@ export class LiveSession {
   }
 
   /**
-   * All frames of the newest result. Where it is displaced before its last part, what is here stays until later.
+   * All frames of the newest result. If it is displaced before its last part, the frames that are here stay until
+   * later.
    */
   private async fetchMotion(): Promise<void> {
     const wanted = { session: this.reference, encoding: Encoding.COORDINATES };
@@ -409,8 +410,8 @@ export class LiveSession {
   }
 
   /**
-   * Of frames that are shown next. Frames that are not taken must not bring theirs: the motion would stay beside a basis of
-   * other columns, and nothing would be drawn.
+   * Geometry of frames that are shown next. Frames that are not taken must not bring theirs: the motion would have a
+   * basis of other columns, and nothing would be drawn.
    */
   private async needGeometry(hash: string): Promise<void> {
     if (this.geometry && hash === this.geometry.basisHash) return;
@@ -423,7 +424,7 @@ export class LiveSession {
     }
   }
 
-  /** What is here already is not sent again: of a basis that has grown the new columns alone are. */
+  /** Parts that are here already are not sent again: for a basis that has grown, only the new columns are. */
   private async fetchGeometry(hash: string): Promise<void> {
     const known = this.geometry;
     const answer = await this.connection.call("getGeometry", {

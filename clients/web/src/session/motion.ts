@@ -6,19 +6,19 @@ function emptyLike(numbers: Reals | undefined, count: number): Reals {
   return numbers instanceof Float64Array ? new Float64Array(count) : new Float32Array(count);
 }
 
-/** What a message of the topic `changes` asks for beside being written. */
+/** Action that a message of the topic `changes` requests in addition to being written. */
 export type Taken = "nothing" | "written" | "whole" | "fetch";
 
 /**
- * The motion of a session, kept up to date by the topic `changes` (docs/protocol.md, Changes of long motions):
- * frames x size, float32 but of rods and beams far from the origin. Of coordinates only.
+ * The motion of a session, kept up to date by the topic `changes` (docs/protocol.md, Changes of long motions). It is
+ * frames x size, float32 except for rods and beams far from the origin. Only for coordinates.
  */
 export class MotionBuffer {
   data: Reals = new Float32Array(0);
   frames = 0;
   /** Numbers of a frame. */
   size = 0;
-  /** Of the basis that frames are of. */
+  /** Hash of the basis that frames are of. */
   basisHash = "";
   /** ResultInfo.sequence of the result whose motion this is; 0: none yet. */
   sequence = 0n;
@@ -30,7 +30,7 @@ export class MotionBuffer {
     return this.data.subarray(at, at + this.size);
   }
 
-  /** What take() will do with a message: only of what is written the basis is needed. */
+  /** The action of take() for a message: only a written one needs the basis. */
   judge({ changes, result }: Frames): "nothing" | "fetch" | "write" | "begin" {
     const sequence = result?.sequence ?? 0n;
     if (!changes) return "nothing";

@@ -1,6 +1,6 @@
 /**
- * Sends values one at a time: while one is on its way, newer ones replace what waits, and the newest goes next. So a
- * drag has one edit in flight, however fast the pointer moves.
+ * Sends values one at a time: while one is on its way, newer ones replace what waits, and the newest goes next. A drag
+ * therefore has one edit in flight, however fast the pointer moves.
  */
 export class NewestWins<T> {
   private waiting: { value: T } | null = null;

@@ -62,7 +62,7 @@ export function describeRevision(made: SessionRevision, own: bigint): string {
   return `${which}${who} ${what}, ${duration(made.ageS)} ago`;
 }
 
-/** Who made these revisions, as far as it is known; never this page. */
+/** Authors of these revisions, as far as they are known; never this page. */
 export function authors(revisions: readonly SessionRevision[], from: bigint, to: bigint, own: bigint): string[] {
   const found = revisions.filter((made) => made.first <= to && made.revision >= from && made.client !== own);
   return [...new Set(found.map(({ name }) => name))];

@@ -1,17 +1,17 @@
 import { clone } from "@bufbuild/protobuf";
 import { type Keyframe, type Scene, SceneSchema } from "../../gen/limber/v1/scene_pb";
 
-/** What a page holds of a session beside the scene that GetSession answers with, which leaves out what is large. */
+/** Parts of a session that a page keeps in addition to the scene of GetSession, which leaves out large parts. */
 export interface Kept {
   /** As it was opened by this page; null: another client has opened it. */
   opened: Scene | null;
-  /** Of keyframes, by their numbers. */
+  /** Poses of keyframes, by their numbers. */
   poses: ReadonlyMap<bigint, Keyframe["pose"]>;
   hasBaseMotion: boolean;
   hasSurface: boolean;
 }
 
-/** The scene as edited with all that it takes to open it again. missing: in words, what of it this page does not hold. */
+/** The scene as edited with all data to open it again. missing: in words, the parts that this page does not hold. */
 export function restored(edited: Scene, kept: Kept): { scene: Scene; missing: string[] } {
   const scene = clone(SceneSchema, edited);
   const missing: string[] = [];

@@ -6,7 +6,7 @@ import { PartSize } from "../wire/reply_parts";
 /** How often newer results may displace the one whose parts are fetched. */
 const TRIES = 3;
 
-/** What of a motion is asked for. frameCount 0: to the last; resultSequence 0: of the newest result. */
+/** Requested part of a motion. frameCount 0: to the last; resultSequence 0: of the newest result. */
 export interface MotionPart {
   firstFrame: number;
   frameCount: number;
@@ -36,7 +36,7 @@ export async function wholeMotion(
   return null;
 }
 
-/** From an older server, which refuses what it does not know of the request: that it can come in parts. */
+/** From an older server, which refuses the unknown field for answers in parts. */
 async function inOne(ask: AskFrames): Promise<Frames[] | null> {
   const { frames } = await ask({ firstFrame: 0, frameCount: 0, resultSequence: 0n, mostBytes: 0n });
   return frames ? [frames] : null;

@@ -8,7 +8,7 @@ import {
 } from "../../gen/limber/v1/service_pb";
 import { number } from "../controls/dom";
 
-/** Of a scene's lengths, behind a number. */
+/** Unit of a scene's lengths, after a number. */
 export function lengthUnit(scene: Pick<Scene, "lengthUnitInMetres"> | null): string {
   return (scene?.lengthUnitInMetres || 1) === 1 ? "m" : "units";
 }
@@ -63,7 +63,7 @@ export function describeResult(result: ResultInfo): Line {
   return { tone, text: `${revision}: final, ${status}` };
 }
 
-/** Where the material does not bear the shape. */
+/** Warning if the material does not bear the shape. */
 export function describeStrength(result: ResultInfo): Line | null {
   const utilisation = result.beams?.largestUtilisation ?? 0;
   if (utilisation <= 1 || result.solveFailed) return null;
@@ -71,7 +71,7 @@ export function describeStrength(result: ResultInfo): Line | null {
   return { tone: "bad", text };
 }
 
-/** Where on the way to the result its shape jumped to another. */
+/** Places on the path to the result where its shape jumped to another. */
 export function describeSnaps(result: ResultInfo): Line | null {
   const ofBeams = (result.beams?.snaps ?? []).map(
     ({ progress, node }) => `${number(100 * progress, 2)} % of the path, near node ${node}`,
@@ -102,7 +102,7 @@ export function describeReach(result: ResultInfo, unit: string): Line | null {
   return { tone: "warning", text: `out of reach: ${places.join("; ")}${more}` };
 }
 
-/** Of a body: the starts that were compared for the shown motion. unit: of the scene's lengths. */
+/** For a body: the starts that were compared for the shown motion. unit: of the scene's lengths. */
 export function describeStarts(result: ResultInfo, unit: string): Line | null {
   const { starts } = result;
   if (!starts || result.solveFailed) return null;

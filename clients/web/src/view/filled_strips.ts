@@ -14,7 +14,7 @@ import type { Stage } from "./stage";
 
 const OPACITY = 0.45;
 
-/** A flat piece beside a curve, and its colour: base to tip. */
+/** A flat piece along a curve, and its colour: base to tip. */
 export interface FilledPiece {
   base: [Vector3, Vector3];
   tip: [Vector3, Vector3];

@@ -15,7 +15,7 @@ import type { Stage } from "./stage";
 
 export type MarkerSize = "small" | "medium" | "large";
 
-/** A point that can be seen through what is before it, and picked. */
+/** A point that is visible through objects in front of it, and can be picked. */
 export interface Marker {
   key: string;
   position: Vector3;
@@ -44,7 +44,7 @@ function disc(): CanvasTexture {
   return new CanvasTexture(canvas);
 }
 
-/** Handles of what can be grabbed. */
+/** Handles that can be grabbed. */
 export class Markers {
   private readonly group = new Group();
   private markers: Marker[] = [];

@@ -1,8 +1,8 @@
 import type { Object3D, Vector3 } from "three";
 
 /**
- * Puts an object at the first of some points, and makes the numbers of its buffer, relative to it: the GPU has single precision,
- * which is too little far from the scene's origin.
+ * Puts an object at the first of some points, and makes the numbers of its buffer, relative to it. The GPU has single
+ * precision, which is not sufficient far from the scene's origin.
  */
 export function placed(object: Object3D, points: readonly Vector3[]): Float32Array {
   const [first] = points;

@@ -1,12 +1,12 @@
 import { Plane, Raycaster, Vector3 } from "three";
 import type { Stage } from "./stage";
 
-/** Where the pointer is: in pixels of the canvas, and as a ray into the scene. */
+/** Position of the pointer: in pixels of the canvas, and as a ray into the scene. */
 export interface PointerAt {
   x: number;
   y: number;
   raycaster: Raycaster;
-  /** How far beside a marker still hits it [px]: more for fingers. */
+  /** Distance from a marker that still hits it [px]: more for fingers. */
   reach: number;
   isShift: boolean;
   isAlt: boolean;
@@ -14,7 +14,7 @@ export interface PointerAt {
 
 /** Something that follows the pointer until it is released. */
 export interface Grab {
-  /** Where the grabbed point was. */
+  /** Position where the point was grabbed. */
   anchor: Vector3;
   move(point: Vector3): void;
   /** isMoved: false where the pointer was released where it was pressed. */

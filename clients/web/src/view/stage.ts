@@ -15,7 +15,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 export type UpAxis = "y" | "z";
 
-/** Of the picture's height and width that a framed box may fill. */
+/** Share of the picture's height and width that a framed box may fill. */
 const MARGIN = 0.82;
 
 /** Whether pictures are drawn by the processor: then at its own resolution and without smoothed edges, to be quick. */
@@ -32,7 +32,7 @@ export class Stage {
   readonly renderer: WebGLRenderer;
   readonly camera = new PerspectiveCamera(40, 1, 0.01, 100);
   controls: OrbitControls;
-  /** What the views put into the scene. */
+  /** Objects that the views put into the scene. */
   readonly content = new Group();
   /** Before each drawing. */
   beforeDraw: () => void = () => undefined;
@@ -64,7 +64,7 @@ export class Stage {
     this.resize();
   }
 
-  /** Aborted when the stage goes: for listeners of who uses it. */
+  /** Aborted when the stage is removed: for listeners of its users. */
   get closed(): AbortSignal {
     return this.closing.signal;
   }
@@ -110,7 +110,7 @@ export class Stage {
     this.invalidate();
   }
 
-  /** Length of the diagonal of what was framed. */
+  /** Length of the diagonal of the framed box. */
   get extent(): number {
     return this.size;
   }
@@ -122,7 +122,7 @@ export class Stage {
     return new Vector3(((at.x + 1) / 2) * clientWidth, ((1 - at.y) / 2) * clientHeight, at.z);
   }
 
-  /** Of a pointer event, in -1 .. 1. */
+  /** Position of a pointer event, in -1 .. 1. */
   pointer(event: { clientX: number; clientY: number }): Vector2 {
     const box = this.canvas.getBoundingClientRect();
     return new Vector2(

@@ -23,14 +23,14 @@ interface Pending {
 
 const VERSION = 1;
 const TIMEOUT_MS = 15_000;
-/** How often a long answer is asked for whose parts went with a connection. */
+/** Number of requests for a long answer whose parts were lost with a connection. */
 const TRIES = 3;
 
 function randomText(): string {
   return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-/** Throws what the server refused. */
+/** Throws the server's refusal. */
 function answerOf<K extends Kind>(kind: K, { body }: Reply): Response<K> {
   if (body.case === "error") throw LimberError.from(body.value);
   if (body.case !== kind) throw new LimberError("MALFORMED", `the answer to ${kind} is ${body.case}`);
@@ -38,13 +38,13 @@ function answerOf<K extends Kind>(kind: K, { body }: Reply): Response<K> {
 }
 
 /**
- * Requests to limberd, many in flight. What has no answer when the connection is lost is sent again under the same
- * id on the next one: the server applies what changes something once (docs/protocol.md, Repeated requests).
+ * Requests to limberd, many in flight. A request without an answer when the connection is lost is sent again under the
+ * same id on the next one: the server applies changes once (docs/protocol.md, Repeated requests).
  */
 export class Connection {
-  /** The run of limberd that answered last; another one means that its sessions are gone. */
+  /** The run of limberd that answered last; another one means that its sessions do not exist any more. */
   instance = "";
-  /** What others in a session see this page as; empty: the server finds a name. */
+  /** Name of this page that others in a session see; empty: the server finds a name. */
   clientName = "";
   /** The run of an older limberd, whose answers do not come in parts. */
   private withoutParts = "";

@@ -36,7 +36,7 @@ export function located(message: string, field: string): string {
   return where && !message.toLowerCase().includes(where.toLowerCase()) ? `${message} (${where})` : message;
 }
 
-/** What a person reads of anything that went wrong. */
+/** Text of an error for the user. */
 export function inWords(error: unknown): string {
   // The page is a client that its server brings: that of a newer server is there already.
   if (error instanceof LimberError && error.code === "UNSUPPORTED" && error.field === "version")

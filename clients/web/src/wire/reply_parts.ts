@@ -8,7 +8,7 @@ export const PART_BYTES = { least: 64 << 10, most: 4 << 20 };
 const QUICK_MS = 10;
 const SLOW_MS = 30;
 
-/** A part is to take some hundredths of a second more than the shortest did: what remains is the way there and back. */
+/** A part should take some hundredths of a second more than the shortest did: the rest of its time is the round trip. */
 export class PartSize {
   bytes = PART_BYTES.least;
   private shortest = Number.POSITIVE_INFINITY;
@@ -38,25 +38,25 @@ export function mayBeLong(kind: string): boolean {
   return LONG.has(kind);
 }
 
-/** The server keeps no more of the answer whose parts were fetched: it is to be asked for anew. */
+/** The server no longer keeps the answer whose parts were fetched: request it anew. */
 export function isGone(error: unknown): boolean {
   return error instanceof LimberError && error.code === "FAILED_PRECONDITION" && error.field === "reply";
 }
 
-/** It refuses what it does not know of a request: that its answer can come in parts. */
+/** It refuses a field of a request that it does not know: that its answer can come in parts. */
 export function isOfOlderServer(error: unknown): boolean {
   const words = `unknown field number ${RequestSchema.field.mostReplyBytes.number} `;
   return error instanceof LimberError && error.code === "INVALID_ARGUMENT" && error.message.includes(words);
 }
 
-/** What is asked for next of a long answer. */
+/** The next requested part of a long answer. */
 export interface NextPart {
   reply: bigint;
   offset: bigint;
   mostBytes: bigint;
 }
 
-/** The bytes of a reply whose first part came in its place. Rejects with what isGone() tells where its connection ended. */
+/** The bytes of a reply whose first part came in its place. Rejects with the error of isGone() if its connection ended. */
 export async function wholeReply(
   first: GetReplyPartResponse,
   ask: (part: NextPart) => Promise<GetReplyPartResponse>,

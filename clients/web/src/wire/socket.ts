@@ -10,7 +10,7 @@ export interface SocketHandlers {
 
 const FIRST_WAIT_MS = 200;
 const LONGEST_WAIT_MS = 5000;
-/** What ends sooner does not count as a connection: a server that closes each one is not asked again and again at once. */
+/** A shorter connection does not count: a server that closes each one is not asked again and again at once. */
 const LASTING_MS = 5000;
 
 export class Socket {
