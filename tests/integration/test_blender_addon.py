@@ -86,6 +86,23 @@ def test_the_motion_follows_wishes(server, live_box):
     assert not session.constraints() and np.allclose(live_box.picture.shape(25), live_box.body.vertices, atol=1e-4)
 
 
+def test_the_manner_of_the_motion_and_holds_are_sent(server, live_box):
+    from limber_blender.live import Manner, Wish
+    (session,) = [server.session(status.session) for status in server.sessions() if status.name == "box"]
+    tip = int(live_box.nodes.sum(axis=1).argmax())
+    held = tuple(live_box.nodes[tip] + (0, 0, 0.3))
+    number = live_box.wish([Wish("a", 20, tip, held, exact=True, until=24)], Manner(calm=0.25, loop=True))
+    wait_for(lambda: live_box.settled(number), live_box)
+    for frame in range(20, 25):
+        assert session.frames()[frame, tip] == pytest.approx(held, abs=1e-5)
+    scene, expected = session.scene(), limber.liveliness(0.25)
+    for name, value in expected.items():
+        assert getattr(scene.dynamics, name) == pytest.approx(value), name
+    assert scene.first_end == scene.last_end != 0
+    session.undo()
+    assert session.scene().dynamics.damping_ratio > expected["damping_ratio"]
+
+
 def test_a_refused_wish_is_told_and_the_next_one_works(live_box):
     from limber_blender.live import Wish
     number = live_box.wish([Wish("a", 4000, 0, (0.0, 0.0, 0.0))])

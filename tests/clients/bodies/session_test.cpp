@@ -166,6 +166,17 @@ TEST_F(BodyClient, DynamicsThatAreNotGivenStay) {
   EXPECT_EQ(scene().first_end(), v1::END_CONDITION_FREE);
   EXPECT_EQ(scene().last_end(), v1::END_CONDITION_PINNED_POSITION);
   EXPECT_EQ(body.revision(), 2U);
+  change = {};
+  change.force_smoothing = 0.125;
+  change.inertia = 2;
+  change.discretisation = v1::TIME_DISCRETISATION_DIFFERENCES;
+  body.dynamics(change);
+  EXPECT_EQ(scene().dynamics().force_smoothing(), 0.125);
+  EXPECT_EQ(scene().dynamics().inertia(), 2);
+  EXPECT_EQ(scene().dynamics().discretisation(), v1::TIME_DISCRETISATION_DIFFERENCES);
+  EXPECT_EQ(scene().dynamics().damping_ratio(), 0.25);
+  body.undo();
+  EXPECT_EQ(scene().dynamics().inertia(), 0);
 }
 
 TEST_F(BodyClient, KeyframesAreAddedMovedAndRemoved) {
