@@ -47,7 +47,7 @@ TABLES = [
         ("printed", "paper_cubature_s"), ("error, fitted [%]", "cubature_error_of_30", 100),
         ("weights", "weights_cubature_error_of_30", 100), ("printed", "paper_cubature_error", 100),
         ("optimisation [s]", "optimise_s"), ("printed", "paper_optimise_s")]),
-    RawTable("exact", "The exact optimum beside the reduced one", [
+    RawTable("exact", "The exact optimum compared with the reduced one", [
         ("body", "scene"), ("tets", "tets"), ("reduced", "energy_reduced"), ("exact", "energy_exact"), ("judge", "energy_judge"),
         ("reduced is off by [%]", "energy_error_reduced", 100), ("exact by [%]", "energy_error_exact", 100),
         ("exact step [ms]", "polish_ms"), ("steps", "polish_steps"), ("shapes of the model off by [%]", "shape_error_before", 100),
