@@ -243,15 +243,17 @@ def test_dynamics_keep_what_is_not_named(cli, session):
     assert "revision 2" in done(cli("dynamics", session.id, "--damping-ratio", 0.125, "--frames-per-second", 24))
     now = session.scene().dynamics
     assert (now.frames_per_second, now.period_frames, now.damping_ratio) == (24, 33, 0.125)
-    done(cli("dynamics", session.id, "--force-smoothing", 0.25, "--discretisation", "differences", "--inertia", 2))
+    done(cli("dynamics", session.id, "--force-smoothing", 0.25, "--inertia", 2))
     now = session.scene().dynamics
     assert (now.damping_ratio, now.force_smoothing, now.inertia) == (0.125, 0.25, 2)
+    done(cli("dynamics", session.id, "--discretisation", "differences", "--inertia", 0))
+    now = session.scene().dynamics
     assert now.discretisation == scene_messages.TIME_DISCRETISATION_DIFFERENCES
+    done(cli("undo", session.id))
     done(cli("ends", session.id, "--first", "cyclic", "--last", "cyclic"))
     done(cli("undo", session.id))
-    done(cli("undo", session.id))
     now = session.scene().dynamics
-    assert (now.damping_ratio, now.inertia) == (0.125, 0)
+    assert (now.damping_ratio, now.inertia) == (0.125, 2)
     failed(cli("dynamics", session.id), 2)
     assert "damping_ratio" in failed(cli("dynamics", session.id, "--damping-ratio", 2), 1)
 

@@ -169,14 +169,17 @@ TEST_F(BodyClient, DynamicsThatAreNotGivenStay) {
   change = {};
   change.force_smoothing = 0.125;
   change.inertia = 2;
-  change.discretisation = v1::TIME_DISCRETISATION_DIFFERENCES;
   body.dynamics(change);
   EXPECT_EQ(scene().dynamics().force_smoothing(), 0.125);
   EXPECT_EQ(scene().dynamics().inertia(), 2);
-  EXPECT_EQ(scene().dynamics().discretisation(), v1::TIME_DISCRETISATION_DIFFERENCES);
   EXPECT_EQ(scene().dynamics().damping_ratio(), 0.25);
+  change = {};
+  change.inertia = 0;
+  change.discretisation = v1::TIME_DISCRETISATION_DIFFERENCES;
+  body.dynamics(change);
+  EXPECT_EQ(scene().dynamics().discretisation(), v1::TIME_DISCRETISATION_DIFFERENCES);
   body.undo();
-  EXPECT_EQ(scene().dynamics().inertia(), 0);
+  EXPECT_EQ(scene().dynamics().inertia(), 2);
 }
 
 TEST_F(BodyClient, KeyframesAreAddedMovedAndRemoved) {
